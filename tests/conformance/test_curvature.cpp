@@ -1,6 +1,6 @@
 // The factorised Gauss-Newton matrix, on the host and on the device, against its definition.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -140,8 +140,8 @@ TEST_CASE("a matrix that is not positive definite is damped until it is, alike i
   // 1.05 / (1 + λ) is too much by 4.9 %: a tenth is what suffices.
   const double left = 1.05 / (1 + kDamping) / 1.1;
   for (const CurvatureFactor& factor : {on_host, *found}) {
-    CHECK(product(factor)(j, i) == Approx(left).epsilon(1e-6));
-    CHECK(product(factor)(j, j) == Approx(1).epsilon(1e-6));
+    CHECK(product(factor)(j, i) == Catch::Approx(left).epsilon(1e-6));
+    CHECK(product(factor)(j, j) == Catch::Approx(1).epsilon(1e-6));
   }
   h(i, i) = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(on_device(device, h)->lower.topLeftCorner(400, 400).diagonal().allFinite());
@@ -152,6 +152,6 @@ TEST_CASE("small matrices are left to the host") {
   CHECK_FALSE(on_device(device, random_matrix(383)));
   CHECK_FALSE(preconditioner_on_device(device, random_matrix(383)));
   const CurvatureFactor one = energy::factorised(MatrixXd::Constant(1, 1, 4), kDamping);
-  CHECK(one.scale[0] == Approx(0.5 / std::sqrt(1 + kDamping)));
+  CHECK(one.scale[0] == Catch::Approx(0.5 / std::sqrt(1 + kDamping)));
   CHECK(one.lower(0, 0) == 1);
 }

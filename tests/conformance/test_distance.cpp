@@ -1,6 +1,6 @@
 // Maps whose modulus is a distance, through everything that iterates maps.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "base/larger_error.hpp"
@@ -106,7 +106,7 @@ TEST_CASE("its radii decide no orbit wrongly, and none returns from beyond r_out
   const StopRadii stops = find_stop_radii(distance_device(), map);
   CHECK(stops.inner > 0.3);
   CHECK(stops.outer < 2.2);
-  CHECK(stops.escape == Approx(1.25 * stops.outer));
+  CHECK(stops.escape == Catch::Approx(1.25 * stops.outer));
   std::mt19937_64 bits(6);
   for (int i = 0; i < 3000; ++i) {
     const auto at = [&] { return test::uniform(bits, -3, 3); };
@@ -153,9 +153,9 @@ TEST_CASE("knobs turn the shell, the roots and the origin, and what cannot turn 
     return with_knobs(distance_device(), map, knobs);
   };
   Map thick = with([&](MapKnobs& k) { k.detail = 2 * *map.frame.detail; });
-  CHECK(modulus_of(thick).shell == Approx(2 * modulus_of(map).shell));
+  CHECK(modulus_of(thick).shell == Catch::Approx(2 * modulus_of(map).shell));
   CHECK(thick.dynamics.factors[0].exponent == map.dynamics.factors[0].exponent);
-  CHECK(thick.dynamics.surface_level == Approx(map.dynamics.surface_level));
+  CHECK(thick.dynamics.surface_level == Catch::Approx(map.dynamics.surface_level));
   CHECK(with([](MapKnobs& k) { k.order_seed = 3; }).dynamics.factors[0].center !=
         map.dynamics.factors[0].center);
   Map moved = with([](MapKnobs& k) { k.translate = Eigen::Vector3d(0.2, 0, 0); });
@@ -165,12 +165,13 @@ TEST_CASE("knobs turn the shell, the roots and the origin, and what cannot turn 
     const Eigen::Vector3d p = m.frame.shape_to_map.to_map(x);
     return reference::step(m, {p.x(), p.y(), p.z(), 0}).log_norm - m.dynamics.surface_level;
   };
-  CHECK(f(moved) == Approx(f(map)).margin(1e-6));
-  CHECK(moved.dynamics.factors[0].center.x == Approx(map.dynamics.factors[0].center.x + 0.2));
+  CHECK(f(moved) == Catch::Approx(f(map)).margin(1e-6));
+  CHECK(moved.dynamics.factors[0].center.x ==
+        Catch::Approx(map.dynamics.factors[0].center.x + 0.2));
   CHECK_THROWS_WITH(with([](MapKnobs& k) {
                       k.rotate = Rotation{{0, 1, 0}, 90};
                     }),
-                    Catch::Contains("rotate"));
+                    Catch::Matchers::ContainsSubstring("rotate"));
 }
 
 TEST_CASE("an exact map has the mesh's shape") {
@@ -218,8 +219,8 @@ TEST_CASE("the detail that suits a mesh is the same wherever the mesh lies, in a
   };
   const TriangleMesh mesh = shapes::box({-1, -0.7, -0.4}, {1, 0.7, 0.4});
   const double detail = detail_of(mesh);
-  CHECK(detail_of(shapes::moved(mesh, 1, {2, -1, 5})) == Approx(detail).epsilon(1e-3));
-  CHECK(detail_of(shapes::moved(mesh, 1e6, {0, 0, 0})) == Approx(detail).epsilon(1e-3));
+  CHECK(detail_of(shapes::moved(mesh, 1, {2, -1, 5})) == Catch::Approx(detail).epsilon(1e-3));
+  CHECK(detail_of(shapes::moved(mesh, 1e6, {0, 0, 0})) == Catch::Approx(detail).epsilon(1e-3));
 }
 
 TEST_CASE("factors of another map keep their places in the shape") {
@@ -230,9 +231,10 @@ TEST_CASE("factors of another map keep their places in the shape") {
       FactorsOfMap{{{{0.4, 0.1, -0.2, 0.3}, 1.5}, {{0, 0.2, 0, 0}, -0.5}}, {0.5, {0.1, 0, 0}}};
   const Map map = exact_map(distance_device(), mesh, options);
   const Eigen::Vector3d expected = map.frame.shape_to_map.to_map({0.6, 0.2, -0.4});
-  CHECK(map.dynamics.factors[0].center.x == Approx(expected.x()));
-  CHECK(map.dynamics.factors[0].center.z == Approx(expected.z()));
-  CHECK(map.dynamics.factors[0].center.w == Approx(0.3 * map.frame.shape_to_map.scale / 0.5));
+  CHECK(map.dynamics.factors[0].center.x == Catch::Approx(expected.x()));
+  CHECK(map.dynamics.factors[0].center.z == Catch::Approx(expected.z()));
+  CHECK(map.dynamics.factors[0].center.w ==
+        Catch::Approx(0.3 * map.frame.shape_to_map.scale / 0.5));
   CHECK(map.dynamics.factors[1].exponent == -0.5);
 }
 
@@ -240,7 +242,7 @@ TEST_CASE("options of exact maps are checked") {
   const auto refused = [](auto change, const char* field) {
     ExactMapOptions options;
     change(options);
-    CHECK_THROWS_WITH(options.validate(), Catch::Contains(field));
+    CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring(field));
   };
   refused([](ExactMapOptions& o) { o.resolution = 8; }, "resolution");
   refused([](ExactMapOptions& o) { o.resolution = 1000; }, "resolution");

@@ -1,6 +1,6 @@
 // The public energy: its gradient against central differences, the reference and its own loss.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 
@@ -126,7 +126,7 @@ TEST_CASE("an energy whose slice is an unknown has it last, and samples move wit
   CHECK(energy.map_at(x).dynamics.slice == 0.3);
   options.slice = false;
   const Energy expected(test::shared_device(), moved, samples, options);
-  CHECK(energy.value(x) == Approx(expected.value(expected.unknowns())).epsilon(1e-12));
+  CHECK(energy.value(x) == Catch::Approx(expected.value(expected.unknowns())).epsilon(1e-12));
   // Beyond what a map may have, it says so without an error.
   x.back() = 1e18;
   CHECK(std::isnan(energy_gradient(energy, x).back()));
@@ -150,12 +150,12 @@ TEST_CASE("the energy is the reference's") {
   const auto expected = reference->evaluate(map, true);
   CHECK(energy.size() == 56);
   CHECK(energy.unknowns() == energy::to_unknowns(map));
-  CHECK(energy.value(energy.unknowns()) == Approx(expected.energy).epsilon(1e-10));
+  CHECK(energy.value(energy.unknowns()) == Catch::Approx(expected.energy).epsilon(1e-10));
   std::vector<double> gradient(energy.size());
   CHECK(energy.value_and_gradient(energy.unknowns(), gradient) ==
-        Approx(expected.energy).epsilon(1e-10));
+        Catch::Approx(expected.energy).epsilon(1e-10));
   for (std::size_t i = 0; i < gradient.size(); ++i) {
-    CHECK(gradient[i] == Approx(expected.gradient[i]).epsilon(1e-8).margin(1e-12));
+    CHECK(gradient[i] == Catch::Approx(expected.gradient[i]).epsilon(1e-8).margin(1e-12));
   }
   // At other unknowns than the map's own.
   auto x = energy.unknowns();
@@ -171,8 +171,8 @@ TEST_CASE("the energy is the reference's") {
   const auto asked =
       Field(test::shared_device(), moved, Precision::dbl).at(given.points, iterations);
   for (std::size_t i = 0; i < kSamples; ++i) {
-    CHECK(field[i] == Approx(right[i]).epsilon(1e-9));
-    CHECK(field[i] == Approx(asked[i]).epsilon(1e-9));
+    CHECK(field[i] == Catch::Approx(right[i]).epsilon(1e-9));
+    CHECK(field[i] == Catch::Approx(asked[i]).epsilon(1e-9));
   }
 }
 
@@ -192,10 +192,10 @@ TEST_CASE("a user-defined loss equal to the library's gives the same energy and 
                         with_loss(EnergyLoss::distance, iterations, precision));
   const auto x = own.unknowns();
   const double tolerance = precision == Precision::dbl ? 1e-10 : 1e-5;
-  CHECK(own.value(x) == Approx(built_in.value(x)).epsilon(tolerance));
+  CHECK(own.value(x) == Catch::Approx(built_in.value(x)).epsilon(tolerance));
   const auto found = energy_gradient(own, x), expected = energy_gradient(built_in, x);
   for (std::size_t i = 0; i < x.size(); ++i) {
-    CHECK(found[i] == Approx(expected[i]).epsilon(100 * tolerance).margin(10 * tolerance));
+    CHECK(found[i] == Catch::Approx(expected[i]).epsilon(100 * tolerance).margin(10 * tolerance));
   }
 }
 
@@ -276,7 +276,7 @@ TEST_CASE("bad samples, options and unknowns of an energy are refused by name") 
   refuses_by_name("own", with([](auto&, auto& o) { o.loss = EnergyLoss::own; }));
   refuses_by_name("own", with([](auto&, auto& o) { o.own = quartic; }));
   CHECK_THROWS_WITH(with([](auto& s, auto&) { s.points[7].w = kNan; })(),
-                    Catch::Contains("point 7 is not finite"));
+                    Catch::Matchers::ContainsSubstring("point 7 is not finite"));
   CHECK_THROWS_AS(Energy(device, quadratic_map({}), good), InputError);
   CHECK_THROWS_AS(Energy(device, Map{}, good), InputError);
 

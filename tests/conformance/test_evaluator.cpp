@@ -2,7 +2,7 @@
 // code and no method with them.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "base/larger_error.hpp"
@@ -67,12 +67,12 @@ TEST_CASE("energy, field and gradient on the device are the reference's") {
       const auto in_double =
           energy::make_device_evaluator(device, samples, options, Precision::dbl);
       const auto two = in_double->evaluate(map, true);
-      CHECK(two.energy == Approx(expected.energy).epsilon(1e-10));
+      CHECK(two.energy == Catch::Approx(expected.energy).epsilon(1e-10));
       CHECK(relative_difference(two.gradient, expected.gradient) < 1e-10);
       CHECK(relative_difference(in_double->field(map), expected_field) < 1e-10);
     }
     const auto one = energy::make_device_evaluator(device, samples, options)->evaluate(map, true);
-    CHECK(one.energy == Approx(expected.energy).epsilon(1e-5));
+    CHECK(one.energy == Catch::Approx(expected.energy).epsilon(1e-5));
     CHECK(relative_difference(one.gradient, expected.gradient) < 1e-4);
   }
 }
@@ -98,7 +98,7 @@ TEST_CASE("orbits that leap far out beside others that stay leave the gradient f
     const auto device = variant.of(test::shared_device());
     const auto found = energy::make_device_evaluator(device, samples, options, Precision::single)
                            ->evaluate(map, true);
-    CHECK(found.energy == Approx(expected.energy).epsilon(1e-4));
+    CHECK(found.energy == Catch::Approx(expected.energy).epsilon(1e-4));
     CHECK(relative_difference(found.gradient, expected.gradient) < 1e-3);
   }
 }
@@ -147,7 +147,7 @@ TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
   // A moved factor's rows are those of the last matrix alone.
   const Eigen::MatrixXd last = reference->gauss_newton(after);
   const auto row = static_cast<Eigen::Index>(1 + moved.front());
-  CHECK(expected(row, row) == Approx(last(row, row)).epsilon(1e-6));
+  CHECK(expected(row, row) == Catch::Approx(last(row, row)).epsilon(1e-6));
   for (const test::Variant& variant : test::variants()) {
     const auto device = variant.of(test::shared_device());
     CAPTURE(variant, factors);
@@ -249,7 +249,7 @@ TEST_CASE("work-items that sum in local memory give the reference's sums, the sa
       CAPTURE(width, group, iterations, precision == Precision::dbl);
       const auto evaluator = energy::make_device_evaluator(device, samples, options, precision);
       const auto found = evaluator->evaluate(map, true);
-      CHECK(found.energy == Approx(expected.energy).epsilon(energy));
+      CHECK(found.energy == Catch::Approx(expected.energy).epsilon(energy));
       CHECK(relative_difference(found.gradient, expected.gradient) < gradient);
       CHECK(evaluator->evaluate(map, true).gradient == found.gradient);
       const auto h = energy::make_device_evaluator(device, samples,

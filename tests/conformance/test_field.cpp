@@ -1,6 +1,6 @@
 // F_n and ∂F_1/∂q on the device against the reference, at each lane width and precision.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "map/reference_iteration.hpp"
@@ -87,8 +87,10 @@ TEST_CASE("above the level F is steeper, and one time as steep is the same field
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool outside = plain[i] > 0.2;
     above += outside ? 1U : 0U;
-    CHECK(steep[i] == Approx(outside ? 0.2 + 2.5 * (plain[i] - 0.2) : plain[i]).epsilon(1e-5));
-    CHECK(norm(slopes[i]) == Approx((outside ? 2.5 : 1) * norm(plain_slopes[i])).epsilon(1e-5));
+    CHECK(steep[i] ==
+          Catch::Approx(outside ? 0.2 + 2.5 * (plain[i] - 0.2) : plain[i]).epsilon(1e-5));
+    CHECK(norm(slopes[i]) ==
+          Catch::Approx((outside ? 2.5 : 1) * norm(plain_slopes[i])).epsilon(1e-5));
   }
   CHECK(above > points.size() / 10);
   CHECK(above < points.size() * 9 / 10);
@@ -105,11 +107,12 @@ TEST_CASE("far away F_1 is S + degree ln |q|, and starts beyond the escape radiu
   const auto f = far.at(points, 1);
   const auto stopped = near.at(points, 4);
   for (std::size_t i = 0; i < 2; ++i) {
-    CHECK(f[i] == Approx(map.dynamics.log_scale + map.dynamics.degree() * std::log(norm(points[i])))
-                      .epsilon(1e-5));
+    CHECK(f[i] ==
+          Catch::Approx(map.dynamics.log_scale + map.dynamics.degree() * std::log(norm(points[i])))
+              .epsilon(1e-5));
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    CHECK(stopped[i] == Approx(std::log(norm(points[i]))).epsilon(1e-6));
+    CHECK(stopped[i] == Catch::Approx(std::log(norm(points[i]))).epsilon(1e-6));
   }
 }
 
@@ -133,7 +136,7 @@ TEST_CASE("at a centre a root is far inside and a pole far outside, and nothing 
     // From a root the orbit goes on at the origin.
     const std::vector<Quaternion> origin{{}};
     if (n > 1) {
-      CHECK(f[0] == Approx(reference::field(map, origin, n - 1, kEscape)[0]).margin(1e-4));
+      CHECK(f[0] == Catch::Approx(reference::field(map, origin, n - 1, kEscape)[0]).margin(1e-4));
     }
   }
 }

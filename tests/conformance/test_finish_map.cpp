@@ -1,7 +1,7 @@
 // From a map in distance units to the one a user gets, on a ball, where all is known.
 
 #include <Eigen/LU>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <numbers>
 #include <stop_token>
@@ -61,15 +61,16 @@ TEST_CASE("a finished map has the wanted shell, its level and scale, and the sha
   const Map map = finished(in_distance_units(), 0.99, detail, warnings);
   CHECK(warnings.empty());
   REQUIRE(map.frame.detail.has_value());
-  CHECK(*map.frame.detail == Approx(detail));
+  CHECK(*map.frame.detail == Catch::Approx(detail));
   // The shell is δ of the diagonal of the ball's box thick: slope a / r₀ = 1 / (δ 2 √3 r₀).
   const double exponent = 1 / (detail * 2 * std::numbers::sqrt3);
-  CHECK(map.dynamics.factors.front().exponent == Approx(exponent).epsilon(2e-3));
+  CHECK(map.dynamics.factors.front().exponent == Catch::Approx(exponent).epsilon(2e-3));
   // Calibrated: the set reaches to the surface, where F_1 is ln r₀.
-  CHECK(map.dynamics.surface_level == Approx(std::log(kRadius)).margin(5e-3));
-  CHECK(potential_at(map, {kRadius, 0, 0, 0}) == Approx(map.dynamics.surface_level).margin(0.02));
-  CHECK(*map.frame.inradius == Approx(4).epsilon(5e-3));
-  CHECK(map.frame.box->center().x() == Approx(10));
+  CHECK(map.dynamics.surface_level == Catch::Approx(std::log(kRadius)).margin(5e-3));
+  CHECK(potential_at(map, {kRadius, 0, 0, 0}) ==
+        Catch::Approx(map.dynamics.surface_level).margin(0.02));
+  CHECK(*map.frame.inradius == Catch::Approx(4).epsilon(5e-3));
+  CHECK(map.frame.box->center().x() == Catch::Approx(10));
   CHECK(map.frame.shape_to_map.to_map({10, 4, 0}).isApprox(Eigen::Vector3d(0, kRadius, 0), 1e-3));
 }
 
@@ -81,9 +82,10 @@ TEST_CASE(
   polished.dynamics.factors.front().exponent *= 1.3;
   const Map back = finished(polished, 0.5, 0.02, warnings);
   CHECK(warnings.empty());
-  CHECK(back.dynamics.factors.front().exponent == Approx(map.dynamics.factors.front().exponent));
+  CHECK(back.dynamics.factors.front().exponent ==
+        Catch::Approx(map.dynamics.factors.front().exponent));
   CHECK(back.frame.shape_to_map.scale == map.frame.shape_to_map.scale);
-  CHECK(*back.frame.detail == Approx(0.02));
+  CHECK(*back.frame.detail == Catch::Approx(0.02));
 }
 
 TEST_CASE("warnings say what is wrong with the map, and where") {
@@ -93,7 +95,8 @@ TEST_CASE("warnings say what is wrong with the map, and where") {
   off.dynamics.factors.front().center.x = 0.3;
   finished(off, 0.5, 0.02, warnings);
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings.front(), Catch::Contains("IoU of 0.50") && Catch::Contains("near (14, "));
+  CHECK_THAT(warnings.front(), Catch::Matchers::ContainsSubstring("IoU of 0.50") &&
+                                   Catch::Matchers::ContainsSubstring("near (14, "));
 
   // A pole where the deepest point is: no calibration.
   warnings.clear();
@@ -101,7 +104,8 @@ TEST_CASE("warnings say what is wrong with the map, and where") {
   outside.dynamics.factors = {{{0, 0, 0, 0}, -1}, {{2, 0, 0, 0}, 1.5}, {{-2, 0, 0, 0}, 1.5}};
   const Map uncalibrated = finished(outside, 0.95, 0.02, warnings);
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings.front(), Catch::Contains("does not hold the shape's deepest point inside"));
+  CHECK_THAT(warnings.front(),
+             Catch::Matchers::ContainsSubstring("does not hold the shape's deepest point inside"));
   CHECK(uncalibrated.dynamics.surface_level == 0);
 
   // A thick shell about an origin that is not deep.
@@ -110,7 +114,7 @@ TEST_CASE("warnings say what is wrong with the map, and where") {
   shallow.dynamics.factors = {{{1, 0, 0, 0}, kRadius / 2}, {{-1, 0, 0, 0}, kRadius / 2}};
   finished(shallow, 0.95, 0.1, warnings);
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings.front(), Catch::Contains("near dissolving"));
+  CHECK_THAT(warnings.front(), Catch::Matchers::ContainsSubstring("near dissolving"));
 }
 
 TEST_CASE("a shell that leaves the set unbounded is made thinner, and no fit is lost by it") {
@@ -118,8 +122,8 @@ TEST_CASE("a shell that leaves the set unbounded is made thinner, and no fit is 
   // The slope r₀ / r₀ = 1 makes δ = 1 / (2 √3 r₀) of the diagonal, with an exponent of r₀.
   const double most = kRadius / (2 * std::numbers::sqrt3 * kRadius);
   const Map thick = finished(in_distance_units(), 0.99, 1.5 * most, warnings);
-  CHECK(thick.dynamics.degree() == Approx(1.1));
-  CHECK(*thick.frame.detail == Approx(most / 1.1).epsilon(2e-3));
+  CHECK(thick.dynamics.degree() == Catch::Approx(1.1));
+  CHECK(*thick.frame.detail == Catch::Approx(most / 1.1).epsilon(2e-3));
 }
 
 TEST_CASE("exponents whose sum bounds no set are given one that does, and the shape stays") {
@@ -130,8 +134,8 @@ TEST_CASE("exponents whose sum bounds no set are given one that does, and the sh
   if (has_far_root) repelling.dynamics.factors.push_back({{0, 0, 0, 90}, 0.4});
   const Map bounded = finished(repelling, 0.99, 0.02, warnings);
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings.front(), Catch::Contains("its exponents were changed"));
-  CHECK(*bounded.frame.detail == Approx(0.02));
+  CHECK_THAT(warnings.front(), Catch::Matchers::ContainsSubstring("its exponents were changed"));
+  CHECK(*bounded.frame.detail == Catch::Approx(0.02));
   CHECK(bounded.dynamics.factors.size() == 2);
   CHECK(bounded.dynamics.degree() > 1);
   const double level = bounded.dynamics.surface_level;
@@ -172,10 +176,10 @@ TEST_CASE("a raised degree changes exponents as the definition says") {
   given.dynamics.factors.insert(given.dynamics.factors.begin() + 2, far);
   std::vector<Eigen::Vector3d> points(30);
   for (Eigen::Vector3d& p : points) p = {number(-2, 2), number(-2, 2), number(-2, 2)};
-  CHECK(fitting::far_from_shape(given.frame) == Approx(2 * std::sqrt(3.0)));
+  CHECK(fitting::far_from_shape(given.frame) == Catch::Approx(2 * std::sqrt(3.0)));
   const Map raised = fitting::with_raised_degree(given, points, 6.5);
   REQUIRE(raised.dynamics.factors.size() == 5);
-  CHECK(raised.dynamics.degree() == Approx(6.5));
+  CHECK(raised.dynamics.degree() == Catch::Approx(6.5));
 
   // The least of |A b - r|² + λ |b|² with Σ b given, by Lagrange's multiplier.
   const auto logarithms_of = [&](const Factor& factor) {
@@ -203,19 +207,19 @@ TEST_CASE("a raised degree changes exponents as the definition says") {
   for (int k = 0; k < 5; ++k) {
     const auto i = static_cast<std::size_t>(k);
     CHECK(raised.dynamics.factors[i].exponent ==
-          Approx(map.dynamics.factors[i].exponent + change[k]));
+          Catch::Approx(map.dynamics.factors[i].exponent + change[k]));
   }
   for (const Eigen::Vector3d& p : points) {
     const Quaternion q{p.x(), p.y(), p.z(), 0};
     before += potential_at(given, q), after += potential_at(raised, q);
   }
-  CHECK(after == Approx(before));
+  CHECK(after == Catch::Approx(before));
 
   CHECK_THROWS_AS(fitting::with_raised_degree(given, {}, 6.5), InputError);
   map.dynamics.factors = {far, far};
   const Map all_far = fitting::with_raised_degree(map, points, 6.5);
   CHECK(all_far.dynamics.factors.size() == 2);
-  CHECK(all_far.dynamics.degree() == Approx(6.5));
+  CHECK(all_far.dynamics.degree() == Catch::Approx(6.5));
 }
 
 TEST_CASE("a stop request ends the taking of samples") {

@@ -1,7 +1,7 @@
 // The gradient kernels against central differences of the energy kernel, in double, at every lane
 // width and number of iterations; evaluator tests hold both to the reference.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "base/larger_error.hpp"

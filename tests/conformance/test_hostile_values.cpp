@@ -3,7 +3,7 @@
 // function is left out.
 
 #include <Eigen/Geometry>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -453,7 +453,7 @@ TEST_CASE("meshes that are broken are refused by all that take one") {
   CHECK(folder.names().empty());
   TriangleMesh mesh = shapes::sphere(1);
   mesh.vertices[7].y() = kNan;
-  CHECK_THROWS_WITH(mesh.validate(), Catch::Contains("vertices[7]"));
+  CHECK_THROWS_WITH(mesh.validate(), Catch::Matchers::ContainsSubstring("vertices[7]"));
 }
 
 TEST_CASE("every function that takes a mesh names the triangle whose index is out of range") {
@@ -463,13 +463,15 @@ TEST_CASE("every function that takes a mesh names the triangle whose index is ou
   for_mesh_functions(mesh, folder.path(), [&](const char* function, const auto& call) {
     CAPTURE(function);
     CHECK_THROWS_AS(call(), InputError);
-    CHECK_THROWS_WITH(call(), Catch::Contains("triangles[3]") && Catch::Contains("42"));
+    CHECK_THROWS_WITH(call(), Catch::Matchers::ContainsSubstring("triangles[3]") &&
+                                  Catch::Matchers::ContainsSubstring("42"));
   });
   PaintOptions painting;
   painting.mesh =
       PaintedMesh{mesh.vertices, mesh.triangles, std::vector<float>(mesh.vertices.size(), 0.5F)};
   CHECK_THROWS_WITH(painted(on_device(), good_map(), painting),
-                    Catch::Contains("triangles[3]") && Catch::Contains("42"));
+                    Catch::Matchers::ContainsSubstring("triangles[3]") &&
+                        Catch::Matchers::ContainsSubstring("42"));
 }
 
 TEST_CASE("meshes that hold nothing or are beyond all measure do no harm", "[slow]") {

@@ -1,7 +1,7 @@
 // Tables of images, against the reference.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "armed_ball.hpp"

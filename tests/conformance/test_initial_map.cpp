@@ -1,6 +1,6 @@
 // Fits that start from a map.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -68,7 +68,7 @@ TEST_CASE(
       Field(test::shared_device(), plain, Precision::dbl).at(on_slice(old_places, 0.2));
   const double unit = map.dynamics.factors[0].exponent / given.dynamics.factors[0].exponent;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    CHECK(found[i] == Approx(unit * (before[i] + 0.7)).margin(1e-9));
+    CHECK(found[i] == Catch::Approx(unit * (before[i] + 0.7)).margin(1e-9));
   }
   double slope = 0;
   for (const SurfacePoint& p : pool.surface) {
@@ -76,7 +76,7 @@ TEST_CASE(
                        .gradient_at(on_slice(std::vector<Vector3d>{p.position}, 0));
     slope += std::hypot(g[0].x, g[0].y, g[0].z) / static_cast<double>(pool.surface.size());
   }
-  CHECK(slope == Approx(1).epsilon(1e-4));
+  CHECK(slope == Catch::Approx(1).epsilon(1e-4));
   for (Factor& factor : given.dynamics.factors) factor.exponent = 0;
   CHECK_THROWS_AS(fitting::started_from(test::shared_device(), given, shape, pool), OptionError);
 }
@@ -89,12 +89,12 @@ TEST_CASE("a fit that starts from a fitted map begins where that ended, wherever
   options.initial = fitted.map;
   const double started = first_iou(mesh, options);
   CHECK(fitted.stages.back().iou > placed + 0.05);
-  CHECK(started == Approx(fitted.stages.back().iou).margin(0.02));
+  CHECK(started == Catch::Approx(fitted.stages.back().iou).margin(0.02));
   // The same shape in other units.
   const Vector3d move(10, -20, 5);
   ShapeToMap& frame = options.initial->frame.shape_to_map;
   frame = {frame.scale / 7, frame.translation - frame.scale / 7 * move};
-  CHECK(first_iou(shapes::moved(mesh, 7, move), options) == Approx(started).margin(0.02));
+  CHECK(first_iou(shapes::moved(mesh, 7, move), options) == Catch::Approx(started).margin(0.02));
 }
 
 TEST_CASE("a schedule given as text is the one of that text") {

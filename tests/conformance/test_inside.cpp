@@ -1,7 +1,7 @@
 // A point is inside at n where F_n < L. Surfaces, samples, comparisons and pictures each find such
 // points in their own way. For random maps with random knobs they must find the same ones.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -1,6 +1,6 @@
 // Points settled by interpolation, against their orbits in double precision.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <numeric>
 #include <vector>

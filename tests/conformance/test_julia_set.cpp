@@ -1,6 +1,6 @@
 // How closely the filled Julia set itself follows a shape.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "qjulia/compare.hpp"

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -51,7 +51,7 @@ void check_potential(const Map& turned, const Map& map, double factor, double sh
   const auto a = above_level(turned);
   const auto b = above_level(map);
   for (std::size_t i = 0; i < a.size(); ++i) {
-    CHECK(a[i] == Approx(factor * b[i] + shift).margin(1e-9));
+    CHECK(a[i] == Catch::Approx(factor * b[i] + shift).margin(1e-9));
   }
 }
 
@@ -78,7 +78,7 @@ TEST_CASE("phase and order keep the potential and change the orbits") {
   for (const auto& knobs : {phase, order}) {
     const auto changed = with_knobs(test::shared_device(), map, knobs);
     check_potential(changed, map, 1, 0);
-    CHECK(norm(changed.dynamics.phase) == Approx(1));
+    CHECK(norm(changed.dynamics.phase) == Catch::Approx(1));
     const std::vector<Quaternion> start{{0.4, 0.3, -0.2, 0}};
     CHECK(reference::field(changed, start, 2, 1e6) != reference::field(map, start, 2, 1e6));
   }
@@ -106,7 +106,7 @@ TEST_CASE("steepness stretches the potential about the level, outside alone") {
   const auto plain = above_level(map);
   const auto found = above_level(steep);
   for (std::size_t i = 0; i < plain.size(); ++i) {
-    CHECK(found[i] == Approx(plain[i] > 0 ? 3 * plain[i] : plain[i]).margin(1e-12));
+    CHECK(found[i] == Catch::Approx(plain[i] > 0 ? 3 * plain[i] : plain[i]).margin(1e-12));
   }
   CHECK(std::ranges::count_if(plain, [](double f) { return f > 0; }) > 5);
   CHECK(std::ranges::count_if(plain, [](double f) { return f < 0; }) > 2);
@@ -121,12 +121,12 @@ TEST_CASE("moving the origin keeps the shape and calibrates anew") {
   const auto drifted = with_knobs(test::shared_device(), map, drift);
   const auto translated = with_knobs(test::shared_device(), map, translate);
   check_potential(drifted, map, 1, 0);
-  CHECK(drifted.frame.shape_to_map.translation.z() == Approx(0.3 + 0.5 * 0.4 * 1.5));
-  CHECK(translated.dynamics.log_scale == Approx(drifted.dynamics.log_scale));
+  CHECK(drifted.frame.shape_to_map.translation.z() == Catch::Approx(0.3 + 0.5 * 0.4 * 1.5));
+  CHECK(translated.dynamics.log_scale == Catch::Approx(drifted.dynamics.log_scale));
   CHECK(drifted.dynamics.log_scale != map.dynamics.log_scale);
   const Field field(test::shared_device(), drifted);
   CHECK(std::log(effective_radius(field, drifted.dynamics.surface_level, 3 * std::sqrt(3.0))) ==
-        Approx(drifted.dynamics.surface_level).margin(1e-3));
+        Catch::Approx(drifted.dynamics.surface_level).margin(1e-3));
 }
 
 TEST_CASE("a rotation turns the potential, and about the real axis the orbits too") {
@@ -146,9 +146,9 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
     return reference::field(some, std::vector<Quaternion>{{p.x(), p.y(), p.z(), 0}}, n, 1e6)[0];
   };
   const Eigen::Vector3d p(0.4, 0.3, -0.2);
-  CHECK(at(rotated, turn * p, 1) == Approx(at(map, p, 1)));
-  CHECK(at(rotated, p, 1) != Approx(at(map, p, 1)));
-  CHECK(at(rotated, turn * p, 2) != Approx(at(map, p, 2)));
+  CHECK(at(rotated, turn * p, 1) == Catch::Approx(at(map, p, 1)));
+  CHECK(at(rotated, p, 1) != Catch::Approx(at(map, p, 1)));
+  CHECK(at(rotated, turn * p, 2) != Catch::Approx(at(map, p, 2)));
   // Conjugation by a quaternion of the real and k axes turns y and z alone; log, exp and products
   // go along with it.
   for (const int n : {1, 2, 3}) {
@@ -157,7 +157,7 @@ TEST_CASE("a rotation turns the potential, and about the real axis the orbits to
     for (auto* some : {&flat, &flat_rolled}) {
       for (Factor& factor : some->dynamics.factors) factor.center.w = 0;
     }
-    CHECK(at(flat_rolled, roll * p, n) == Approx(at(flat, p, n)));
+    CHECK(at(flat_rolled, roll * p, n) == Catch::Approx(at(flat, p, n)));
   }
   CHECK(rotated.frame.box->size().minCoeff() > map.frame.box->size().minCoeff());
 }
@@ -168,10 +168,10 @@ TEST_CASE("a turned map has a larger box, and a shape and a shell as large as be
   knobs.rotate = Rotation{{1, 1, 1}, 60};
   const Map turned = with_knobs(test::shared_device(), map, knobs);
   CHECK(turned.frame.box->size().maxCoeff() > 3);
-  CHECK(longest_side(turned) == Approx(longest_side(map)));
-  CHECK(with_longest_side(turned, 80).frame.shape_to_map.scale == Approx(kMapSide / 80));
+  CHECK(longest_side(turned) == Catch::Approx(longest_side(map)));
+  CHECK(with_longest_side(turned, 80).frame.shape_to_map.scale == Catch::Approx(kMapSide / 80));
   CHECK(*turned.frame.detail * turned.frame.box->diagonal() ==
-        Approx(*map.frame.detail * map.frame.box->diagonal()));
+        Catch::Approx(*map.frame.detail * map.frame.box->diagonal()));
 }
 
 TEST_CASE("the slice is the W that points are seen on") {
@@ -185,7 +185,7 @@ TEST_CASE("knobs that make no sense are refused by name") {
     MapKnobs knobs;
     change(knobs);
     CHECK_THROWS_WITH(with_knobs(test::shared_device(), test::random_map(4, 0.1, 0.6, 1), knobs),
-                      Catch::Contains(option));
+                      Catch::Matchers::ContainsSubstring(option));
   };
   const double nan = std::nan("");
   refused([&](MapKnobs& k) { k.detail = nan; }, "detail");
@@ -260,7 +260,8 @@ TEST_CASE("the table says which maps bear which knobs") {
           CHECK_NOTHROW(with_knobs(test::shared_device(), map, knobs));
       } else {
         ++refused;
-        CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains(why));
+        CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs),
+                          Catch::Matchers::ContainsSubstring(why));
       }
     }
   }
@@ -303,7 +304,8 @@ TEST_CASE("names and controls of settings are their own, and sliders hold the us
   CHECK(picture_setting_named("look_at").option() == "look-at");
   CHECK_THROWS_AS(knob_named("look_at"), InputError);
   CHECK_THROWS_AS(picture_setting_named("detail"), InputError);
-  CHECK_THROWS_WITH(knob_named("steepness").expect_in_range(0.5), Catch::Contains("give 1 to 100"));
+  CHECK_THROWS_WITH(knob_named("steepness").expect_in_range(0.5),
+                    Catch::Matchers::ContainsSubstring("give 1 to 100"));
   CHECK(material_named("trap") == Material::trap);
   CHECK_FALSE(material_named("glass"));
 }

@@ -1,7 +1,7 @@
 // The kernels' elementary functions, swept against the host's at each lane width and precision.
 // Every bound is what lane_math.clh states.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <numbers>
 

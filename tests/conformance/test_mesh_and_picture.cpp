@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <numbers>
 #include <vector>

@@ -1,6 +1,6 @@
 // Maps whose versor is noise, through everything that iterates maps.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "base/larger_error.hpp"
@@ -132,7 +132,8 @@ TEST_CASE("an exact map takes a noise, which moves with the shape") {
   CHECK(norm(versor_at(moved, there) - versor_at(map, q)) < 1e-9);
   knobs = {};
   knobs.order_seed = 1;
-  CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains("order_seed"));
+  CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs),
+                    Catch::Matchers::ContainsSubstring("order_seed"));
   knobs = {};
   knobs.detail = 0.01;
   Map factors = test::random_map(7, 0.4, 0.9, 5);
@@ -140,7 +141,8 @@ TEST_CASE("an exact map takes a noise, which moves with the shape") {
   factors.dynamics.versor = NoiseVersor{};
   factors.frame.detail = 0.02;
   const Map thin = with_knobs(test::shared_device(), factors, knobs);
-  CHECK(thin.dynamics.factors[2].exponent == Approx(2 * factors.dynamics.factors[2].exponent));
+  CHECK(thin.dynamics.factors[2].exponent ==
+        Catch::Approx(2 * factors.dynamics.factors[2].exponent));
   options.versor = NoiseVersor{.octaves = 0};
-  CHECK_THROWS_WITH(options.validate(), Catch::Contains("octaves"));
+  CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring("octaves"));
 }

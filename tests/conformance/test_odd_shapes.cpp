@@ -1,7 +1,7 @@
 // Fits of shapes nobody would choose: each ends with a finite map and an honest report.
 
 #include <Eigen/Geometry>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <functional>
 #include <optional>
@@ -154,12 +154,13 @@ TEST_CASE("odd shapes end with a finite map and an honest report") {
     // The coarse grid of the report takes the surface where the fit left it, before calibration.
     // IoU is not defined where the mesh is too thin for the grid; such reports say 0.
     const double iou = std::isnan(metrics.iou) ? 0 : metrics.iou;
-    CHECK(result.stages.back().iou == Approx(iou).margin(0.15));
+    CHECK(result.stages.back().iou == Catch::Approx(iou).margin(0.15));
     if (!shape.least_iou) CHECK(result.stages.back().iou < 0.9);
     if (result.stages.back().iou < 0.9) {
       std::string warnings;
       for (const std::string& warning : result.warnings) warnings += warning + '\n';
-      CHECK_THAT(warnings, Catch::Contains("IoU") && Catch::Contains("near ("));
+      CHECK_THAT(warnings, Catch::Matchers::ContainsSubstring("IoU") &&
+                               Catch::Matchers::ContainsSubstring("near ("));
     }
   }
 }
@@ -172,5 +173,6 @@ TEST_CASE("a fit has the detail that suits the mesh, wherever the mesh lies") {
     return fit(test::shared_device(), mesh, options).map.frame.detail.value();
   };
   const TriangleMesh mesh = shapes::box({-1, -0.7, -0.4}, {1, 0.7, 0.4});
-  CHECK(detail_of(shapes::moved(mesh, 1, {2, -1, 5})) == Approx(detail_of(mesh)).epsilon(1e-3));
+  CHECK(detail_of(shapes::moved(mesh, 1, {2, -1, 5})) ==
+        Catch::Approx(detail_of(mesh)).epsilon(1e-3));
 }

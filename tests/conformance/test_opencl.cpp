@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cstddef>
 #include <optional>
 #include <stdexcept>
@@ -18,7 +18,7 @@
 #include "test_device.hpp"
 
 using namespace qjulia;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -266,7 +266,7 @@ TEST_CASE("a device that is not in the context is refused, be it a part of one t
   const OwnedQueue queue = make_queue(context, tested());
   CHECK_THROWS_AS(device_from_opencl(context.get(), part->get(), queue.get()), InputError);
   CHECK_THROWS_WITH(device_from_opencl(context.get(), part->get(), queue.get()),
-                    Contains("device is not in the context"));
+                    ContainsSubstring("device is not in the context"));
 }
 
 TEST_CASE("contexts, devices and queues that do not fit together are refused") {
@@ -274,20 +274,20 @@ TEST_CASE("contexts, devices and queues that do not fit together are refused") {
   const OwnedQueue queue = make_queue(context, tested()), foreign = make_queue(other, tested());
   CHECK_THROWS_AS(device_from_opencl(context.get(), tested(), foreign.get()), InputError);
   CHECK_THROWS_WITH(device_from_opencl(context.get(), tested(), foreign.get()),
-                    Contains("queue belongs to another context"));
+                    ContainsSubstring("queue belongs to another context"));
   CHECK_THROWS_WITH(device_from_opencl(nullptr, tested(), queue.get()),
-                    Contains("context is null"));
+                    ContainsSubstring("context is null"));
   CHECK_THROWS_WITH(device_from_opencl(context.get(), nullptr, queue.get()),
-                    Contains("device is null"));
+                    ContainsSubstring("device is null"));
   CHECK_THROWS_WITH(device_from_opencl(context.get(), tested(), nullptr),
-                    Contains("queue is null"));
+                    ContainsSubstring("queue is null"));
 
   cl_int code = CL_SUCCESS;
   const OwnedQueue unordered(
       clCreateCommandQueue(context.get(), tested(), CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &code));
   if (code == CL_SUCCESS) {
     CHECK_THROWS_WITH(device_from_opencl(context.get(), tested(), unordered.get()),
-                      Contains("out of order"));
+                      ContainsSubstring("out of order"));
   }
 }
 
@@ -342,15 +342,17 @@ TEST_CASE("buffers that a field cannot use are refused by name") {
   CHECK(field.stride(0) == 0);
   CHECK_NOTHROW(field.at(points.get(), 100, 2, found.get()));
   CHECK_NOTHROW(field.at(points.get(), 0, 2, found.get()));
-  CHECK_THROWS_WITH(field.at(nullptr, 100, 1, found.get()), Contains("points: is null"));
-  CHECK_THROWS_WITH(field.at(points.get(), 100, 1, nullptr), Contains("field: is null"));
-  CHECK_THROWS_WITH(field.at(found.get(), 100, 1, found.get()), Contains("points: has"));
-  CHECK_THROWS_WITH(field.gradient_at(points.get(), 100, found.get()), Contains("gradient: has"));
-  CHECK_THROWS_WITH(field.at(foreign.get(), 100, 1, found.get()), Contains("another context"));
-  CHECK_THROWS_WITH(field.at(points.get(), 100, 0, found.get()), Contains("iterations"));
-  CHECK_THROWS_WITH(field.at(points.get(), 100, 17, found.get()), Contains("iterations"));
+  CHECK_THROWS_WITH(field.at(nullptr, 100, 1, found.get()), ContainsSubstring("points: is null"));
+  CHECK_THROWS_WITH(field.at(points.get(), 100, 1, nullptr), ContainsSubstring("field: is null"));
+  CHECK_THROWS_WITH(field.at(found.get(), 100, 1, found.get()), ContainsSubstring("points: has"));
+  CHECK_THROWS_WITH(field.gradient_at(points.get(), 100, found.get()),
+                    ContainsSubstring("gradient: has"));
+  CHECK_THROWS_WITH(field.at(foreign.get(), 100, 1, found.get()),
+                    ContainsSubstring("another context"));
+  CHECK_THROWS_WITH(field.at(points.get(), 100, 0, found.get()), ContainsSubstring("iterations"));
+  CHECK_THROWS_WITH(field.at(points.get(), 100, 17, found.get()), ContainsSubstring("iterations"));
   CHECK_THROWS_WITH(field.at(points.get(), std::size_t{1} << 40, 1, found.get()),
-                    Contains("count"));
+                    ContainsSubstring("count"));
 }
 
 TEST_CASE("sources that do not build say where, and a kernel that is not there is named") {
@@ -360,10 +362,10 @@ TEST_CASE("sources that do not build say where, and a kernel that is not there i
     return OwnedKernel(build_kernel(device, map, Precision::single, source, name));
   };
   CHECK_THROWS_AS(build(kField, "own_feild"), InputError);
-  CHECK_THROWS_WITH(build(kField, "own_feild"), Contains("'own_feild'"));
+  CHECK_THROWS_WITH(build(kField, "own_feild"), ContainsSubstring("'own_feild'"));
   CHECK_THROWS_AS(build("#include \"other.clh\"\n", "k"), KernelBuildError);
-  CHECK_THROWS_WITH(build("#include \"other.clh\"\n", "k"), Contains("other.clh"));
+  CHECK_THROWS_WITH(build("#include \"other.clh\"\n", "k"), ContainsSubstring("other.clh"));
   const std::string wrong = "#include \"map.clh\"\n\nkernel void k(global real* x) { x = y; }\n";
   CHECK_THROWS_AS(build(wrong, "k"), KernelBuildError);
-  CHECK_THROWS_WITH(build(wrong, "k"), Contains("source:3"));
+  CHECK_THROWS_WITH(build(wrong, "k"), ContainsSubstring("source:3"));
 }

@@ -1,6 +1,6 @@
 // Calibration, the shell and the radii that end orbits, on a body with thin arms.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "armed_ball.hpp"
@@ -38,24 +38,24 @@ TEST_CASE("directions are unit and evenly spread") {
   Quaternion mean;
   Quaternion squares;
   for (const Quaternion& u : directions) {
-    CHECK(norm(u) == Approx(1).epsilon(1e-12));
+    CHECK(norm(u) == Catch::Approx(1).epsilon(1e-12));
     mean = mean + (1.0 / 4096) * u;
     squares = squares + (1.0 / 4096) * Quaternion{u.x * u.x, u.y * u.y, u.z * u.z, u.w * u.w};
   }
   CHECK(norm(mean) < 6e-3);  // random ones: about 16e-3
   for (const double s : {squares.x, squares.y, squares.z, squares.w}) {
-    CHECK(s == Approx(0.25).margin(2e-3));
+    CHECK(s == Catch::Approx(0.25).margin(2e-3));
   }
 }
 
 TEST_CASE("the effective radius of a round potential is where it crosses the level") {
   const Field round(test::shared_device(), one_root({0, 0, 0, 0}, 3, -3 * std::log(0.6)));
-  CHECK(effective_radius(round, 0, 5) == Approx(0.6).epsilon(1e-5));
-  CHECK(effective_radius(round, 3 * std::log(2.0), 5) == Approx(1.2).epsilon(1e-5));
-  CHECK(effective_radius(round, 100, 5) == Approx(5));  // no crossing
+  CHECK(effective_radius(round, 0, 5) == Catch::Approx(0.6).epsilon(1e-5));
+  CHECK(effective_radius(round, 3 * std::log(2.0), 5) == Catch::Approx(1.2).epsilon(1e-5));
+  CHECK(effective_radius(round, 100, 5) == Catch::Approx(5));  // no crossing
   // A sphere about c seen from the origin: the median direction is at right angles to c.
   const Field shifted(test::shared_device(), one_root({0.3, 0, 0, 0}, 3, 0));
-  CHECK(effective_radius(shifted, 0, 5) == Approx(std::sqrt(1 - 0.09)).epsilon(2e-3));
+  CHECK(effective_radius(shifted, 0, 5) == Catch::Approx(std::sqrt(1 - 0.09)).epsilon(2e-3));
 }
 
 TEST_CASE("calibration shifts the scale and the level by ln r_eff, and only once") {
@@ -64,13 +64,14 @@ TEST_CASE("calibration shifts the scale and the level by ln r_eff, and only once
                               0.02);
   const double radius = effective_radius(Field(test::shared_device(), map), 0, 5);
   const Map once = calibrated(test::shared_device(), map);
-  CHECK(once.dynamics.surface_level == Approx(std::log(radius)).epsilon(1e-4));
-  CHECK(once.dynamics.log_scale - map.dynamics.log_scale == Approx(std::log(radius)).epsilon(1e-4));
+  CHECK(once.dynamics.surface_level == Catch::Approx(std::log(radius)).epsilon(1e-4));
+  CHECK(once.dynamics.log_scale - map.dynamics.log_scale ==
+        Catch::Approx(std::log(radius)).epsilon(1e-4));
   CHECK(radius > 0.7);
   CHECK(radius < 1.0);
   const Map twice = calibrated(test::shared_device(), once);
-  CHECK(twice.dynamics.log_scale == Approx(once.dynamics.log_scale).epsilon(1e-5));
-  CHECK(twice.dynamics.surface_level == Approx(once.dynamics.surface_level).epsilon(1e-4));
+  CHECK(twice.dynamics.log_scale == Catch::Approx(once.dynamics.log_scale).epsilon(1e-5));
+  CHECK(twice.dynamics.surface_level == Catch::Approx(once.dynamics.surface_level).epsilon(1e-4));
   // A root away from the origin: F_1(0) = 0 is above the level.
   CHECK_THROWS_AS(calibrated(test::shared_device(), one_root({1, 0, 0, 0}, 2, 0.5)), InputError);
 }
@@ -81,7 +82,7 @@ TEST_CASE("the shell is as thick as asked") {
     const Map map = fitted(detail);
     const double diagonal = map.frame.box->diagonal();
     CHECK(shell_thickness(Field(test::shared_device(), map), surface, 0) ==
-          Approx(detail * diagonal).epsilon(1e-4));
+          Catch::Approx(detail * diagonal).epsilon(1e-4));
     CHECK(map.frame.detail == detail);
   }
   // |∇F_1| of 2 ln |q| on the unit sphere is 2.
@@ -90,9 +91,9 @@ TEST_CASE("the shell is as thick as asked") {
     sphere.push_back(Eigen::Vector3d(u.x, u.y, u.z).normalized());
   }
   CHECK(shell_thickness(Field(test::shared_device(), one_root({}, 2, 0)), sphere, 0) ==
-        Approx(0.5));
+        Catch::Approx(0.5));
   CHECK(median_level(Field(test::shared_device(), one_root({}, 2, 0.25)), sphere, 0) ==
-        Approx(0.25));
+        Catch::Approx(0.25));
 }
 
 TEST_CASE("the stop radii of a square are just within and beyond 1") {
@@ -101,7 +102,7 @@ TEST_CASE("the stop radii of a square are just within and beyond 1") {
   CHECK(stops.inner < 1);
   CHECK(stops.outer >= 1);
   CHECK(stops.outer < 1.05);
-  CHECK(stops.escape == Approx(1.25 * stops.outer));
+  CHECK(stops.escape == Catch::Approx(1.25 * stops.outer));
 }
 
 TEST_CASE("r_in of a power is the radius that its margin leaves") {
@@ -196,17 +197,17 @@ TEST_CASE("a map that does not grow outwards has no r_out") {
   CHECK(stops.escape == 20);
   Map high = one_root({}, 0.9, -1);
   high.dynamics.surface_level = 4;
-  CHECK(find_stop_radii(test::shared_device(), high).escape == Approx(1.25 * std::exp(4)));
+  CHECK(find_stop_radii(test::shared_device(), high).escape == Catch::Approx(1.25 * std::exp(4)));
 }
 
 TEST_CASE("r_in is below e^L and r_out above it") {
   // The ball of radius 1 maps into itself, and beyond it orbits leave.
   Map map = one_root({}, 2, 0);
   map.dynamics.surface_level = std::log(0.5);
-  CHECK(find_stop_radii(test::shared_device(), map).inner == Approx(0.5).epsilon(1e-4));
+  CHECK(find_stop_radii(test::shared_device(), map).inner == Catch::Approx(0.5).epsilon(1e-4));
   CHECK(find_stop_radii(test::shared_device(), map).inner < 0.5);
   map.dynamics.surface_level = std::log(3);
-  CHECK(find_stop_radii(test::shared_device(), map).outer == Approx(3).epsilon(1e-4));
+  CHECK(find_stop_radii(test::shared_device(), map).outer == Catch::Approx(3).epsilon(1e-4));
   CHECK(find_stop_radii(test::shared_device(), map).outer > 3);
 }
 
@@ -221,8 +222,8 @@ TEST_CASE("factors in many equal parts have the radii of the whole ones") {
   }
   const StopRadii expected = find_stop_radii(test::shared_device(), whole);
   const StopRadii found = find_stop_radii(test::shared_device(), parts);
-  CHECK(found.inner == Approx(expected.inner).epsilon(0.01));
-  CHECK(found.outer == Approx(expected.outer).epsilon(0.01));
+  CHECK(found.inner == Catch::Approx(expected.inner).epsilon(0.01));
+  CHECK(found.outer == Catch::Approx(expected.outer).epsilon(0.01));
 }
 
 TEST_CASE("the search for radii hears a stop") {

@@ -1,7 +1,7 @@
 // Surfaces whose orbits are looked up, against those whose orbits are computed.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <vector>
 
@@ -118,8 +118,9 @@ TEST_CASE("a draft is a closed mesh with as many bodies and nearly the same volu
   drop_loose_pieces(draft_sink.mesh);
   const SurfaceFigures a = measure(exact_sink.mesh), b = measure(draft_sink.mesh);
   CHECK(a.components == b.components);
-  CHECK(b.volume == Approx(a.volume).epsilon(0.003));
-  CHECK(b.area == Approx(a.area).epsilon(0.02));
+  CHECK(b.volume == Catch::Approx(a.volume).epsilon(0.003));
+  CHECK(b.area == Catch::Approx(a.area).epsilon(0.02));
   options.dense = true;
-  CHECK_THROWS_WITH(extract_surface(device, map, options), Catch::Contains("draft and dense"));
+  CHECK_THROWS_WITH(extract_surface(device, map, options),
+                    Catch::Matchers::ContainsSubstring("draft and dense"));
 }

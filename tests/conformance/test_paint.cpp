@@ -1,6 +1,6 @@
 // Maps whose detail is painted, through everything that iterates maps.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "distance_map.hpp"
@@ -103,9 +103,9 @@ TEST_CASE("a paint is the share of the detail") {
   const auto found = reference::field(quarter, points, 1, 20);
   const Field field(test::shared_device(), painted_map());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    CHECK(found[i] == Approx(expected[i]).margin(1e-9));
+    CHECK(found[i] == Catch::Approx(expected[i]).margin(1e-9));
     const Vector3d x(points[i].x, points[i].y, points[i].z);
-    CHECK(quarter.layers.paint->at(x) == Approx(0.25).epsilon(1e-12));
+    CHECK(quarter.layers.paint->at(x) == Catch::Approx(0.25).epsilon(1e-12));
   }
   // F - L is divided by what the paint itself says.
   const Map patchy = painted_map();
@@ -114,7 +114,7 @@ TEST_CASE("a paint is the share of the detail") {
   const double level = plain.dynamics.surface_level;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double m = patchy.layers.paint->at({points[i].x, points[i].y, points[i].z});
-    CHECK((thin[i] - level) * m == Approx(thick[i] - level).margin(1e-9));
+    CHECK((thin[i] - level) * m == Catch::Approx(thick[i] - level).margin(1e-9));
     CHECK((m >= Paint::kLeastShare && m <= 1));
   }
   CHECK(painted_share(0) == 0);
@@ -242,12 +242,12 @@ TEST_CASE("knobs move a paint with the shape, and cannot turn it") {
   const Map moved = with_knobs(test::shared_device(), map, knobs);
   for (const Quaternion& q : painted_points(1.2, 50)) {
     const Vector3d x(q.x, q.y, q.z);
-    CHECK(moved.layers.paint->at(x + *knobs.translate) == Approx(map.layers.paint->at(x)));
+    CHECK(moved.layers.paint->at(x + *knobs.translate) == Catch::Approx(map.layers.paint->at(x)));
   }
   knobs = {};
   knobs.rotate = Rotation{{1, 0, 0}, 35};
   CHECK_THROWS_WITH(with_knobs(test::shared_device(), painted_factors(), knobs),
-                    Catch::Contains("paint"));
+                    Catch::Matchers::ContainsSubstring("paint"));
 }
 
 TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their order") {
@@ -266,23 +266,23 @@ TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their orde
   const Paint paint = painted(test::shared_device(), map, options);
   CHECK_NOTHROW(paint.validate());
   CHECK(paint.size() > 20000);
-  CHECK(at(paint, {-1, -0.5, 0}) == Approx(1));
-  CHECK(at(paint, {-1, -0.5, 0.65}) == Approx(Paint::kLeastShare));
-  CHECK(at(paint, {-0.25, -0.25, -0.9}) == Approx(0.5).margin(0.003));
-  CHECK(at(paint, {1, 0.5, 0}) == Approx(0.75).margin(0.003));
+  CHECK(at(paint, {-1, -0.5, 0}) == Catch::Approx(1));
+  CHECK(at(paint, {-1, -0.5, 0.65}) == Catch::Approx(Paint::kLeastShare));
+  CHECK(at(paint, {-0.25, -0.25, -0.9}) == Catch::Approx(0.5).margin(0.003));
+  CHECK(at(paint, {1, 0.5, 0}) == Catch::Approx(0.75).margin(0.003));
 
   options = {};
   options.ramp = PaintRamp{1, 1, 0.2};
   const Paint ramp = painted(test::shared_device(), map, options);
   const double low = map.frame.box->low.y(), high = map.frame.box->high.y();
-  CHECK(at(ramp, {0, low - 1, 0}) == Approx(1).margin(0.01));
-  CHECK(at(ramp, {0.3, 0.5 * (low + high), 0.2}) == Approx(0.6).margin(0.01));
-  CHECK(at(ramp, {0, high + 1, 0}) == Approx(0.2).margin(0.01));
+  CHECK(at(ramp, {0, low - 1, 0}) == Catch::Approx(1).margin(0.01));
+  CHECK(at(ramp, {0.3, 0.5 * (low + high), 0.2}) == Catch::Approx(0.6).margin(0.01));
+  CHECK(at(ramp, {0, high + 1, 0}) == Catch::Approx(0.2).margin(0.01));
 
   const auto refused = [&](const auto& change, const char* part) {
     PaintOptions wrong;
     change(wrong);
-    CHECK_THROWS_WITH(wrong.validate(), Catch::Contains(part));
+    CHECK_THROWS_WITH(wrong.validate(), Catch::Matchers::ContainsSubstring(part));
   };
   refused([](PaintOptions& o) { o.elsewhere = 1.1; }, "elsewhere");
   refused([](PaintOptions& o) { o.balls = {{{0, 0, 0}, 0, 1}}; }, "balls");
@@ -291,7 +291,8 @@ TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their orde
   refused([](PaintOptions& o) { o.ramp = PaintRamp{0, 0, NAN}; }, "ramp");
   refused([](PaintOptions& o) { o.thickness = 0; }, "thickness");
   map.frame.box.reset();
-  CHECK_THROWS_WITH(painted(test::shared_device(), map, {}), Catch::Contains("\"box\""));
+  CHECK_THROWS_WITH(painted(test::shared_device(), map, {}),
+                    Catch::Matchers::ContainsSubstring("\"box\""));
 }
 
 TEST_CASE("a mesh's shares are where the mesh is, and go on from there") {
@@ -305,10 +306,10 @@ TEST_CASE("a mesh's shares are where the mesh is, and go on from there") {
   }
   options.mesh->triangles = ball.triangles;
   const Paint paint = painted(test::shared_device(), map, options);
-  CHECK(paint.at({0.1, 0, 0.7}) == Approx(0.8).margin(0.02));
-  CHECK(paint.at({0.1, 0, -0.7}) == Approx(0.1).margin(0.02));
-  CHECK(paint.at({0.1, 0.1, 0.4}) == Approx(0.8).margin(0.05));
-  CHECK(paint.at({0.4, 0.1, -0.3}) == Approx(0.1).margin(0.05));
+  CHECK(paint.at({0.1, 0, 0.7}) == Catch::Approx(0.8).margin(0.02));
+  CHECK(paint.at({0.1, 0, -0.7}) == Catch::Approx(0.1).margin(0.02));
+  CHECK(paint.at({0.1, 0.1, 0.4}) == Catch::Approx(0.8).margin(0.05));
+  CHECK(paint.at({0.4, 0.1, -0.3}) == Catch::Approx(0.1).margin(0.05));
 }
 
 TEST_CASE("thickness is the radius of the largest ball, and bounds the shell by it") {
@@ -318,16 +319,17 @@ TEST_CASE("thickness is the radius of the largest ball, and bounds the shell by 
   const Paint paint = painted(test::shared_device(), map, options);
   const auto share = [&](double radius) { return std::min(1.0, 0.16 * radius / 0.1); };
   // The balls' far sides: radii .7 and .45.
-  CHECK(paint.at({0.8, 0, 0}) == Approx(share(0.7)).margin(0.06));
-  CHECK(paint.at({0.1, -0.7, 0}) == Approx(share(0.7)).margin(0.06));
-  CHECK(paint.at({-1.33, 0.42, 0.14}) == Approx(share(0.45)).margin(0.06));
-  CHECK(paint.at({-0.9, 0.3, 0.55}) == Approx(share(0.45)).margin(0.06));
+  CHECK(paint.at({0.8, 0, 0}) == Catch::Approx(share(0.7)).margin(0.06));
+  CHECK(paint.at({0.1, -0.7, 0}) == Catch::Approx(share(0.7)).margin(0.06));
+  CHECK(paint.at({-1.33, 0.42, 0.14}) == Catch::Approx(share(0.45)).margin(0.06));
+  CHECK(paint.at({-0.9, 0.3, 0.55}) == Catch::Approx(share(0.45)).margin(0.06));
   // A smaller detail leaves more of itself; by hand it can only be less.
   map = test::distance_map(0.05);
   options.balls = {{{0.8, 0, 0}, 0.2, 0.3}};
   const Paint finer = painted(test::shared_device(), map, options);
-  CHECK(finer.at({0.1, -0.7, 0}) == Approx(1).margin(0.01));
-  CHECK(finer.at({0.8, 0, 0}) == Approx(0.3).margin(0.02));
+  CHECK(finer.at({0.1, -0.7, 0}) == Catch::Approx(1).margin(0.01));
+  CHECK(finer.at({0.8, 0, 0}) == Catch::Approx(0.3).margin(0.02));
   map.frame.detail.reset();
-  CHECK_THROWS_WITH(painted(test::shared_device(), map, options), Catch::Contains("\"detail\""));
+  CHECK_THROWS_WITH(painted(test::shared_device(), map, options),
+                    Catch::Matchers::ContainsSubstring("\"detail\""));
 }

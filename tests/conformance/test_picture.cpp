@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -44,7 +44,7 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   const double apart = cosine_to_axis * cosine_to_axis - sine2;
   const double area = std::numbers::pi * sine2 * std::sqrt(1 - sine2) / std::pow(apart, 1.5) /
                       view.dir_dx.squaredNorm();
-  CHECK(static_cast<double>(image.covered) == Approx(area).epsilon(0.01));
+  CHECK(static_cast<double>(image.covered) == Catch::Approx(area).epsilon(0.01));
 }
 
 TEST_CASE("pictures without loose pieces hide nothing else", "[slow]") {
@@ -96,13 +96,15 @@ TEST_CASE("cuts show the inside, and leave the rest where it is seen") {
   options.cuts = {{'z', 60, true}};
   CHECK(render(device, map, options).pixels == image.pixels);
   options.cuts = {{'w', 60, true}};
-  CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("cut: 'w'"));
+  CHECK_THROWS_WITH(render(device, map, options), Catch::Matchers::ContainsSubstring("cut: 'w'"));
   options.box = map.frame.box;
   options.cuts = {{'x', 0, true}};
-  CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("cut: nothing is left"));
+  CHECK_THROWS_WITH(render(device, map, options),
+                    Catch::Matchers::ContainsSubstring("cut: nothing is left"));
   options.box.reset();
   map.frame.box.reset();
-  CHECK_THROWS_WITH(render(device, map, options), Catch::Contains("give a coordinate"));
+  CHECK_THROWS_WITH(render(device, map, options),
+                    Catch::Matchers::ContainsSubstring("give a coordinate"));
 }
 
 TEST_CASE("a studio's pictures are those drawn one by one, and tell when they will be done") {
@@ -117,7 +119,7 @@ TEST_CASE("a studio's pictures are those drawn one by one, and tell when they wi
     monitor.on_progress = [&](const Progress& progress) { told.push_back(progress); };
     CHECK(studio.picture(options.camera, monitor).pixels == render(device, map, options).pixels);
     REQUIRE(told.size() > 1);
-    CHECK(told.back().fraction == Approx(1));
+    CHECK(told.back().fraction == Catch::Approx(1));
     for (std::size_t i = 0; i < told.size(); ++i) {
       CHECK(told[i].seconds_left >= 0);
       if (i > 0) CHECK(told[i].fraction > told[i - 1].fraction);
@@ -155,7 +157,7 @@ TEST_CASE("drafts of several sizes are drawn in one light, and look like the who
   options = test::picture_of(160, 120);
   const Image draft = studio.picture(options.camera), whole = render(device, map, options);
   REQUIRE(draft.pixels.size() == whole.pixels.size());
-  CHECK(draft.covered == Approx(whole.covered).epsilon(0.02));
+  CHECK(draft.covered == Catch::Approx(whole.covered).epsilon(0.02));
   double off = 0;
   for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
     off += std::abs(draft.pixels[i] - whole.pixels[i]);
@@ -188,7 +190,7 @@ TEST_CASE("normals of depth point away from the ball's middle") {
         check::ray_direction(view, static_cast<int>(i % 80), static_cast<int>(i / 80));
     const Vector3d expected = view.eye + depths[i] * ray;
     const Vector3d normal(found[3 * i], found[3 * i + 1], found[3 * i + 2]);
-    CHECK(normal.norm() == Approx(1).margin(1e-4));
+    CHECK(normal.norm() == Catch::Approx(1).margin(1e-4));
     if (-ray.dot(expected) > 0.4) least = std::min(least, normal.dot(expected));
   }
   CHECK(least > std::cos(3 * std::numbers::pi / 180));
@@ -226,11 +228,11 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
     }
     ++hits;
     const Vector3d from_center = position - Vector3d(0, -0.5, 0);
-    CHECK(from_center.norm() == Approx(0.5).margin(0.8 / (height * samples)));
-    CHECK((position - eye).norm() == Approx(layers.depth[i]).margin(1e-3));
+    CHECK(from_center.norm() == Catch::Approx(0.5).margin(0.8 / (height * samples)));
+    CHECK((position - eye).norm() == Catch::Approx(layers.depth[i]).margin(1e-3));
     // The pixel's middle, or the sample next to it.
     CHECK((position - eye).normalized().dot(check::ray_direction(view, column, row)) > 1 - 1e-4);
-    CHECK(normal.norm() == Approx(1).margin(1e-4));
+    CHECK(normal.norm() == Catch::Approx(1).margin(1e-4));
     if (-from_center.dot(position - eye) > 0.5 * 0.5 * layers.depth[i]) {
       CHECK(normal.dot(from_center) > 0.5 * 0.98);
     }
@@ -290,11 +292,12 @@ TEST_CASE("layers are written as arrays and to look at") {
   CHECK(names == std::vector<std::string>{"a.b.depth.npy", "a.b.depth.png", "a.b.normal.npy",
                                           "a.b.normal.png", "a.b.position.npy"});
   const std::string depth = test::read_text(folder.path() / "a.b.depth.npy");
-  CHECK_THAT(depth, Catch::Contains("'shape': (2, 3)") && Catch::Contains("<f4"));
+  CHECK_THAT(depth, Catch::Matchers::ContainsSubstring("'shape': (2, 3)") &&
+                        Catch::Matchers::ContainsSubstring("<f4"));
   REQUIRE(depth.size() == 128 + 6 * sizeof(float));
   CHECK(std::memcmp(depth.data() + 128, layers.depth.data(), 6 * sizeof(float)) == 0);
   const std::string normal = test::read_text(folder.path() / "a.b.normal.npy");
-  CHECK_THAT(normal, Catch::Contains("'shape': (2, 3, 3)"));
+  CHECK_THAT(normal, Catch::Matchers::ContainsSubstring("'shape': (2, 3, 3)"));
   CHECK(normal.size() == 128 + 18 * sizeof(float));
 }
 
@@ -365,9 +368,10 @@ TEST_CASE("an eye within a mesh sees all around it") {
 }
 
 TEST_CASE("a sheet that no canvas holds is refused before anything is drawn") {
-  CHECK_THROWS_WITH(comparison(test::shared_device(), check::unit_ball(), shapes::sphere(2),
-                               test::picture_of(16'384, 2)),
-                    Catch::Contains("width") && Catch::Contains("16379"));
+  CHECK_THROWS_WITH(
+      comparison(test::shared_device(), check::unit_ball(), shapes::sphere(2),
+                 test::picture_of(16'384, 2)),
+      Catch::Matchers::ContainsSubstring("width") && Catch::Matchers::ContainsSubstring("16379"));
 }
 
 TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black") {

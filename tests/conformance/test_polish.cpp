@@ -1,7 +1,7 @@
 // Polishing: fitting the second iterate's set brings the iterated set to the shape.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "qjulia/compare.hpp"
 #include "qjulia/fit.hpp"
@@ -30,8 +30,8 @@ TEST_CASE("polishing brings the iterated set closer to the shape at the same det
   const auto first = std::ranges::find(polished.stages, 2, &StageReport::iterations);
   CHECK(first->evaluations > 10);
   CHECK(first->energy_after < first->energy_before - 3e-4);
-  CHECK(*plain.map.frame.detail == Approx(0.02));
-  CHECK(*polished.map.frame.detail == Approx(0.02));
+  CHECK(*plain.map.frame.detail == Catch::Approx(0.02));
+  CHECK(*polished.map.frame.detail == Catch::Approx(0.02));
 
   CompareOptions comparing;
   comparing.resolution = 48;

@@ -1,7 +1,7 @@
 // Maps with portals, through everything that iterates maps.
 
 #include <Eigen/Geometry>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "armed_ball.hpp"
@@ -209,7 +209,7 @@ TEST_CASE("no portal reaches the ball that orbits stay in, or beyond which none 
   CHECK(stops.inner > 0);
   CHECK(stops.inner <= nearest);
   CHECK(stops.outer == std::max(plain.outer, farthest));
-  CHECK(stops.escape == Approx(1.25 * stops.outer));
+  CHECK(stops.escape == Catch::Approx(1.25 * stops.outer));
   const auto points = points_about({-0.2, 0, 0}, 1.4, 2000);
   CHECK(test::wrongly_decided(map, stops, points) <= 6);  // by rounding, at the set's boundary
 }
@@ -238,7 +238,7 @@ TEST_CASE("a portal of scale 1 to its own centre changes no orbit that does not 
       const bool starts_within =
           (Vector3d(points[i].x, points[i].y, points[i].z) - still.center).norm() < 0.25 &&
           std::abs(points[i].w) < 0.1;
-      if (starts_within) CHECK(found[i] == Approx(std::log(norm(points[i]))).margin(1e-5));
+      if (starts_within) CHECK(found[i] == Catch::Approx(std::log(norm(points[i]))).margin(1e-5));
       if (enters) continue;
       ++outside;
       CHECK(found[i] == plain[i]);
@@ -370,7 +370,8 @@ TEST_CASE("knobs move portals with the shape") {
   CHECK(moved.layers.portals[1].radius == map.layers.portals[1].radius);
   // The origin must not get into one.
   knobs.translate = Vector3d(-0.9, 0, 0);
-  CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs), Catch::Contains("portal"));
+  CHECK_THROWS_WITH(with_knobs(test::shared_device(), map, knobs),
+                    Catch::Matchers::ContainsSubstring("portal"));
 
   Map factors = factors_with_portals(PortalMask::none);
   knobs = {};
@@ -424,8 +425,9 @@ TEST_CASE("portals are proposed on tips, apart from each other and clear of the 
   CHECK(stacked > plain * (1 + 0.5 * static_cast<double>(portals.size()) * std::pow(0.25, 3)));
   CHECK(stacked < plain * 1.2);
   options.size = 0.7;
-  CHECK_THROWS_WITH(proposed_portals(test::shared_device(), map, options), Catch::Contains("size"));
+  CHECK_THROWS_WITH(proposed_portals(test::shared_device(), map, options),
+                    Catch::Matchers::ContainsSubstring("size"));
   options = {};
   options.count = 0;
-  CHECK_THROWS_WITH(options.validate(), Catch::Contains("count"));
+  CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring("count"));
 }

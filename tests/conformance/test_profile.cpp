@@ -1,7 +1,7 @@
 // The profile: its work is what it says, and a slower kernel is found.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -61,7 +61,7 @@ TEST_CASE("energy and gradient run every iterate of every sample") {
     for (const char* kernel : {"energy", "gradient"}) {
       const KernelFigures& f = figures(kernel, n);
       CHECK(f.executed_factor_iterations == 3000.0 * 40 * n);
-      CHECK(f.pairs_per_second == Approx(3000.0 * 40 * n / f.median_seconds));
+      CHECK(f.pairs_per_second == Catch::Approx(3000.0 * 40 * n / f.median_seconds));
       CHECK(f.min_seconds > 0);
       // Kernels run within the wall clock's time.
       CHECK(f.min_seconds <= f.wall_seconds);
@@ -82,20 +82,20 @@ TEST_CASE("the roofline has its two roofs and every kernel whose work is known")
   const PlotSeries& kernels = plot.series[2];
   // Both roofs meet where the work per byte is what the device can do of both.
   CHECK(slope.x.back() == roof.x.front());
-  CHECK(slope.y.back() == Approx(roof.y.front()));
-  CHECK(slope.y.front() / slope.x.front() == Approx(slope.y.back() / slope.x.back()));
-  CHECK(slope.y.back() * 1e9 == Approx(measured().limits.fma_per_second));
+  CHECK(slope.y.back() == Catch::Approx(roof.y.front()));
+  CHECK(slope.y.front() / slope.x.front() == Catch::Approx(slope.y.back() / slope.x.back()));
+  CHECK(slope.y.back() * 1e9 == Catch::Approx(measured().limits.fma_per_second));
   CHECK(slope.x.back() * measured().limits.bytes_per_second ==
-        Approx(measured().limits.fma_per_second));
+        Catch::Approx(measured().limits.fma_per_second));
   REQUIRE(kernels.names.size() == 6);  // energy and gradient twice, Gauss-Newton, level set
   // A kernel may lie above its roof where the machine was busy while the limits were measured.
   std::size_t i = 0;
   for (const KernelFigures& f : measured().kernels) {
     if (!f.slots) continue;
-    CHECK(kernels.x[i] == Approx(*f.slots / *f.memory_bytes));
-    CHECK(kernels.y[i] * 1e9 == Approx(*f.slots / f.median_seconds));
+    CHECK(kernels.x[i] == Catch::Approx(*f.slots / *f.memory_bytes));
+    CHECK(kernels.y[i] * 1e9 == Catch::Approx(*f.slots / f.median_seconds));
     const double allowed = std::min(roof.y[0], kernels.x[i] * slope.y.back() / slope.x.back());
-    CHECK(*f.share_of_limit == Approx(kernels.y[i] / allowed));
+    CHECK(*f.share_of_limit == Catch::Approx(kernels.y[i] / allowed));
     ++i;
   }
   CHECK_NOTHROW(draw_plot(plot));
@@ -113,7 +113,7 @@ TEST_CASE("predictions are what counted instructions take at the measured limits
   const double by_memory = 3000.0 * 8 * 4 / limits.bytes_per_second;
   const auto predicted = profiling::predicted_seconds(energy, limits);
   REQUIRE(predicted);
-  CHECK(*predicted == Approx(std::max(by_slots, by_memory)));
+  CHECK(*predicted == Catch::Approx(std::max(by_slots, by_memory)));
   CHECK_FALSE(profiling::predicted_seconds(figures("distance", 1), limits));
   // What instructions of GPUs take says nothing of CPUs.
   const bool is_gpu = Device::choose().info().kind == DeviceKind::gpu;
@@ -215,7 +215,7 @@ TEST_CASE("the spread of the runs and the limit before and after are told") {
   KernelFigures& f = idle.kernels.front();
   f.kernel = "energy";
   f.min_seconds = 0.010, f.median_seconds = 0.011, f.max_seconds = 0.012;
-  CHECK(f.spread() == Approx(2.0 / 11));
+  CHECK(f.spread() == Catch::Approx(2.0 / 11));
   CHECK(idle.disturbances().empty());
   const auto sign_of = [&](const auto& disturb) {
     ProfileReport report = idle;
@@ -226,11 +226,12 @@ TEST_CASE("the spread of the runs and the limit before and after are told") {
     return signs.front();
   };
   CHECK_THAT(sign_of([](auto& r) { r.kernels.front().max_seconds = 0.016; }),
-             Catch::Contains("energy, n = 1, lie 55 % apart"));
+             Catch::Matchers::ContainsSubstring("energy, n = 1, lie 55 % apart"));
   CHECK_THAT(sign_of([](auto& r) { r.fma_per_second_after = 0.9e11; }),
-             Catch::Contains("100.0 G/s before and 90.0 after"));
-  CHECK_THAT(sign_of([](auto& r) { r.limits.clock_fma_per_second = 2e11; }),
-             Catch::Contains("50 %") && Catch::Contains("2000 MHz"));
+             Catch::Matchers::ContainsSubstring("100.0 G/s before and 90.0 after"));
+  CHECK_THAT(
+      sign_of([](auto& r) { r.limits.clock_fma_per_second = 2e11; }),
+      Catch::Matchers::ContainsSubstring("50 %") && Catch::Matchers::ContainsSubstring("2000 MHz"));
   // What is shorter than a millisecond is not judged.
   f.min_seconds = 1e-4, f.median_seconds = 1e-4, f.max_seconds = 9e-4;
   CHECK(idle.disturbances().empty());
@@ -244,7 +245,7 @@ TEST_CASE("the table for spreadsheets has a line a kernel, and every figure of t
   const std::string names = csv.substr(0, csv.find('\n'));
   CHECK(static_cast<std::size_t>(1 + std::ranges::count(names, ',')) == kernels[0].size());
   for (const auto& [name, figure] : kernels[0].items()) {
-    CHECK_THAT("," + names + ",", Catch::Contains("," + name + ","));
+    CHECK_THAT("," + names + ",", Catch::Matchers::ContainsSubstring("," + name + ","));
   }
   const std::size_t line = names.size() + 1;
   CHECK(csv.substr(line, csv.find('\n', line) - line).starts_with("energy,1,3000,40,"));
@@ -280,7 +281,8 @@ TEST_CASE("a kernel slower than its baseline is named") {
   energy["median_seconds"] = energy["median_seconds"].get<double>() / 2;
   const auto slower = regressions(measured(), baseline, 0.5);
   REQUIRE(slower.size() == 1);
-  CHECK_THAT(slower[0], Catch::Contains("energy, n = 1") && Catch::Contains("2.00 times"));
+  CHECK_THAT(slower[0], Catch::Matchers::ContainsSubstring("energy, n = 1") &&
+                            Catch::Matchers::ContainsSubstring("2.00 times"));
   CHECK(regressions(measured(), baseline, 1.1).empty());
 }
 
@@ -288,14 +290,15 @@ TEST_CASE("a baseline that cannot be compared is refused") {
   CHECK_THROWS_AS(regressions(measured(), nlohmann::json::array(), 0.1), InputError);
   nlohmann::json other = to_json(measured());
   for (auto& kernel : other["kernels"]) kernel["samples"] = 5;
-  CHECK_THROWS_WITH(regressions(measured(), other, 0.1), Catch::Contains("same size"));
+  CHECK_THROWS_WITH(regressions(measured(), other, 0.1),
+                    Catch::Matchers::ContainsSubstring("same size"));
 }
 
 TEST_CASE("profile options name what is wrong") {
   ProfileOptions options = small();
   options.factors = 2;
-  CHECK_THROWS_WITH(options.validate(), Catch::Contains("factors: 2"));
+  CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring("factors: 2"));
   options = small();
   options.lane_width = 3;
-  CHECK_THROWS_WITH(options.validate(), Catch::Contains("lane_width: 3"));
+  CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring("lane_width: 3"));
 }

@@ -1,6 +1,6 @@
 // The quadratic map q² + c, through everything that iterates maps.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "map/reference_iteration.hpp"
@@ -38,15 +38,15 @@ TEST_CASE("the reference iterates q² + c") {
   const Quaternion once = q * q + c;
   const Quaternion twice = once * once + c;
   const Map map = quadratic_map(c);
-  CHECK(reference::field(map, std::vector{q}, 1, 20)[0] == Approx(std::log(norm(once))));
-  CHECK(reference::field(map, std::vector{q}, 2, 20)[0] == Approx(std::log(norm(twice))));
+  CHECK(reference::field(map, std::vector{q}, 1, 20)[0] == Catch::Approx(std::log(norm(once))));
+  CHECK(reference::field(map, std::vector{q}, 2, 20)[0] == Catch::Approx(std::log(norm(twice))));
   // e^S and the phase stand in front.
   Map turned = map;
   turned.dynamics.log_scale = std::log(0.5);
   turned.dynamics.phase = {0, 0, 1, 0};
   const Quaternion step = 0.5 * (Quaternion{0, 0, 1, 0} * once);
   const Quaternion next = 0.5 * (Quaternion{0, 0, 1, 0} * (step * step + c));
-  CHECK(reference::field(turned, std::vector{q}, 2, 20)[0] == Approx(std::log(norm(next))));
+  CHECK(reference::field(turned, std::vector{q}, 2, 20)[0] == Catch::Approx(std::log(norm(next))));
 }
 
 TEST_CASE("kernels iterate it as the reference does") {
@@ -59,7 +59,7 @@ TEST_CASE("kernels iterate it as the reference does") {
     const auto expected = reference::field(map, points, n, 20);
     const auto values = field.at(points, n);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      CHECK(values[i] == Approx(expected[i]).margin(2e-5 * std::pow(3, n)));
+      CHECK(values[i] == Catch::Approx(expected[i]).margin(2e-5 * std::pow(3, n)));
     }
   }
 }
@@ -81,7 +81,7 @@ TEST_CASE("kernels iterate a modulus of one kind with a versor of another as the
     const auto expected = reference::field(map, points, n, 20);
     const auto values = field.at(points, n);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      CHECK(values[i] == Approx(expected[i]).margin(1e-4 * std::pow(10, n)));
+      CHECK(values[i] == Catch::Approx(expected[i]).margin(1e-4 * std::pow(10, n)));
     }
   }
 }
@@ -99,8 +99,8 @@ TEST_CASE("its radii decide no orbit wrongly") {
   const double r = stops.outer;
   CHECK(std::exp(map.dynamics.log_scale) *
             (r * r - norm(std::get<QuadraticModulus>(map.dynamics.modulus).c)) ==
-        Approx(r));
-  CHECK(stops.escape == Approx(1.25 * r));
+        Catch::Approx(r));
+  CHECK(stops.escape == Catch::Approx(1.25 * r));
   const auto points = some_points();
   const Field field(quadratic_device(), map, Precision::single, stops);
   const auto plain = reference::field(map, points, 12, 20);
@@ -119,7 +119,7 @@ TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
   const TriangleMesh mesh = extract_surface(quadratic_device(), map, options);
   REQUIRE(mesh.triangles.size() > 500);
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    CHECK((vertex - Eigen::Vector3d(-0.25, 0, 0)).norm() == Approx(0.5).margin(0.02));
+    CHECK((vertex - Eigen::Vector3d(-0.25, 0, 0)).norm() == Catch::Approx(0.5).margin(0.02));
   }
   PictureOptions picture;
   picture.width = picture.height = 32;
@@ -144,7 +144,8 @@ TEST_CASE("knobs of factors are refused, the others turn it") {
   const auto refused = [&](auto change, const std::string& option) {
     MapKnobs knobs;
     change(knobs);
-    CHECK_THROWS_WITH(with_knobs(quadratic_device(), map, knobs), Catch::Contains(option));
+    CHECK_THROWS_WITH(with_knobs(quadratic_device(), map, knobs),
+                      Catch::Matchers::ContainsSubstring(option));
   };
   refused([](MapKnobs& k) { k.detail = 0.01; }, "detail");
   refused([](MapKnobs& k) { k.order_seed = 1; }, "order_seed");
@@ -154,6 +155,6 @@ TEST_CASE("knobs of factors are refused, the others turn it") {
   knobs.scale = 2;
   knobs.slice = 0.3;
   const Map other = with_knobs(quadratic_device(), map, knobs);
-  CHECK(other.dynamics.log_scale == Approx(map.dynamics.log_scale - std::log(2)));
+  CHECK(other.dynamics.log_scale == Catch::Approx(map.dynamics.log_scale - std::log(2)));
   CHECK(other.dynamics.slice == 0.3);
 }

@@ -1,7 +1,7 @@
 // How much a queue holds, how often the host waits for it, and what a device without room gets.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "device/context.hpp"
 #include "device/point_batch.hpp"
@@ -10,7 +10,7 @@
 #include "test_device.hpp"
 
 using namespace qjulia;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -105,7 +105,7 @@ TEST_CASE("a buffer that the device cannot hold is refused before the device is 
       context.allocate<float>(floats);
       return false;
     } catch (const DeviceError& error) {
-      CHECK_THAT(error.what(), Contains("too little memory"));
+      CHECK_THAT(error.what(), ContainsSubstring("too little memory"));
       return device::is_out_of_memory(error);
     }
   };

@@ -1,6 +1,6 @@
 // The field on a grid: against the original program's figures, and the files it is written to.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -144,7 +144,8 @@ TEST_CASE("an .npy file holds [x][y][z]") {
       for (int y = 0; y < 10; ++y) {
         for (int z = 0; z < 3; ++z) {
           const auto index = static_cast<std::size_t>((x * 10 + y) * 3 + z);
-          CHECK(values[index] == Approx(expected_at(map, x, y, z)).margin(twice ? 1e-10 : 1e-4));
+          CHECK(values[index] ==
+                Catch::Approx(expected_at(map, x, y, z)).margin(twice ? 1e-10 : 1e-4));
         }
       }
     }
@@ -169,7 +170,7 @@ TEST_CASE("a .vti file holds x fastest, at the cells' centres") {
     for (int y = 0; y < 10; ++y) {
       for (int x = 0; x < 5; ++x) {
         const auto index = static_cast<std::size_t>((z * 10 + y) * 5 + x);
-        CHECK(values[index] == Approx(expected_at(map, x, y, z)).margin(1e-4));
+        CHECK(values[index] == Catch::Approx(expected_at(map, x, y, z)).margin(1e-4));
       }
     }
   }
@@ -183,7 +184,7 @@ TEST_CASE("what cannot be sampled is refused, and a stop leaves no file") {
     change(options);
     CHECK_THROWS_WITH(
         write_field(sampling_device(), sampled_map(), options, folder.path() / "a.npy"),
-        Catch::Contains(word));
+        Catch::Matchers::ContainsSubstring(word));
   };
   refused([](SampleOptions& o) { o.resolution = 0; }, "resolution");
   refused([](SampleOptions& o) { o.iterations = 17; }, "iterations");

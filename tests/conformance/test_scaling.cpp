@@ -1,6 +1,6 @@
 // Cost against size, measured small.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "device/context.hpp"
 #include "qjulia/scaling.hpp"
@@ -18,8 +18,8 @@ TEST_CASE("time grows with size, memory with samples and factors apart") {
   REQUIRE(report.points.size() == 7);
   REQUIRE(report.laws.size() == 2);
   for (const ScalingLaw& law : report.laws) {
-    CHECK(law.samples_exponent == Approx(1).margin(0.5));
-    CHECK(law.factors_exponent == Approx(1).margin(0.5));
+    CHECK(law.samples_exponent == Catch::Approx(1).margin(0.5));
+    CHECK(law.factors_exponent == Catch::Approx(1).margin(0.5));
   }
   const auto bytes = [&](std::size_t i) {
     return static_cast<double>(report.points[i].device_bytes);
@@ -29,7 +29,7 @@ TEST_CASE("time grows with size, memory with samples and factors apart") {
   CHECK(bytes(3) >= 128'000 * 8 * 4);
   // A product of the sizes would make this 64 times as much.
   CHECK(bytes(3) < 10 * bytes(0));
-  CHECK(bytes(3) - bytes(2) == Approx(bytes(1) - bytes(0)).epsilon(0.05));
+  CHECK(bytes(3) - bytes(2) == Catch::Approx(bytes(1) - bytes(0)).epsilon(0.05));
 }
 
 TEST_CASE("buffers are counted while they live") {

@@ -1,5 +1,5 @@
 #include <Eigen/Geometry>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <limits>
 #include <stop_token>
 
@@ -15,7 +15,7 @@
 #include "test_device.hpp"
 
 using namespace qjulia;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -46,11 +46,11 @@ TEST_CASE("signed distance far away, nowhere and of nothing") {
   const std::vector<Eigen::Vector3d> points = {
       {1e6, 0, 0}, {0, nan, 0}, {0, 0, -infinity}, {0, 0, 0}, {0, 0, 1.5}};
   const auto distances = distance.at(points);
-  CHECK(distances[0] == Approx(1e6 - 1));
+  CHECK(distances[0] == Catch::Approx(1e6 - 1));
   CHECK(distances[1] == infinity);
   CHECK(distances[2] == infinity);
-  CHECK(distances[3] == Approx(-1));
-  CHECK(distances[4] == Approx(0.5));
+  CHECK(distances[3] == Catch::Approx(-1));
+  CHECK(distances[4] == Catch::Approx(0.5));
   CHECK(distance.at({}).empty());
   CHECK_THROWS_AS(SignedDistance(test::shared_device(), {}), InputError);
   CHECK_THROWS_AS(SignedDistance(test::shared_device(), {{{0, 0, 0}, {1, 1, 1}}, {}}), InputError);
@@ -74,17 +74,17 @@ TEST_CASE("signed distances repeat and do not depend on the order of the points"
 
 TEST_CASE("the deepest point of simple shapes") {
   const auto sphere = deepest(shapes::moved(shapes::sphere(4), 10, {100, 200, -50}));
-  CHECK(sphere.inradius == Approx(10).epsilon(5e-3));
+  CHECK(sphere.inradius == Catch::Approx(10).epsilon(5e-3));
   CHECK((sphere.position - Eigen::Vector3d(100, 200, -50)).norm() < 0.2);
 
   // Every point of the middle square of a plate is as deep: the middle is taken.
   const auto plate = deepest(shapes::box({0, 0, 0}, {3, 3, 0.2}));
-  CHECK(plate.inradius == Approx(0.1).margin(3e-3));
+  CHECK(plate.inradius == Catch::Approx(0.1).margin(3e-3));
   CHECK((plate.position - Eigen::Vector3d(1.5, 1.5, 0.1)).norm() < 0.1);
 
   const auto torus = deepest(shapes::torus(1, 0.35, 128, 64));
-  CHECK(torus.inradius == Approx(0.35).margin(3e-3));
-  CHECK(torus.position.head<2>().norm() == Approx(1).margin(0.05));
+  CHECK(torus.inradius == Catch::Approx(0.35).margin(3e-3));
+  CHECK(torus.position.head<2>().norm() == Catch::Approx(1).margin(0.05));
 
   const auto two =
       deepest(shapes::joined(shapes::sphere(3), shapes::moved(shapes::sphere(3), 1.5, {4, 0, 0})));
@@ -124,12 +124,12 @@ TEST_CASE("a flat mesh makes no shape") {
 TEST_CASE("a mesh beyond the sizes that can be computed with makes no shape") {
   for (const double size : {1e15, 1e-15}) {
     CHECK_THROWS_WITH(make_shape(test::shared_device(), shapes::sphere(2, size)),
-                      Contains("cannot be fitted"));
+                      ContainsSubstring("cannot be fitted"));
   }
   const double expected = make_shape(test::shared_device(), shapes::sphere(3)).inradius;
   for (const double size : {5e11, 1e-12}) {
     CHECK(make_shape(test::shared_device(), shapes::sphere(3, size)).inradius ==
-          Approx(expected).epsilon(1e-3));
+          Catch::Approx(expected).epsilon(1e-3));
   }
 }
 
@@ -160,9 +160,9 @@ TEST_CASE("repeated triangles do not change the inside once they are read") {
   const SignedDistance distance(test::shared_device(), read_mesh(path));
   const std::vector<Eigen::Vector3d> points = {{0, 0, 0}, {0.5, 0.3, 0.2}, {1.5, 0, 0}};
   const auto windings = distance.winding_numbers(points);
-  CHECK(windings[0] == Approx(1).margin(0.05));
-  CHECK(windings[1] == Approx(1).margin(0.05));
-  CHECK(windings[2] == Approx(0).margin(0.05));
+  CHECK(windings[0] == Catch::Approx(1).margin(0.05));
+  CHECK(windings[1] == Catch::Approx(1).margin(0.05));
+  CHECK(windings[2] == Catch::Approx(0).margin(0.05));
   CHECK(SignedDistance(test::shared_device(), mesh).winding_numbers(points)[0] > 300);
 }
 
@@ -171,7 +171,7 @@ TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
       shapes::joined(shapes::sphere(4), shapes::moved(shapes::sphere(2), 0.3, {1.4, 0, 0})), 20,
       {7, 0, -300});
   const Shape shape = make_shape(test::shared_device(), shapes::inside_out(mesh));
-  CHECK(shape.mesh.box().size().maxCoeff() == Approx(3));
+  CHECK(shape.mesh.box().size().maxCoeff() == Catch::Approx(3));
   CHECK(shape.box.low == mesh.box().low);
   CHECK(shape.box.high == mesh.box().high);
   CHECK(signed_volume(shape.mesh) > 0);
@@ -181,8 +181,8 @@ TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
   CHECK((shape.shape_to_map.to_shape({0, 0, 0}) - Eigen::Vector3d(7, 0, -300)).norm() < 0.5);
   const double at_origin = SignedDistance(test::shared_device(), shape.mesh)
                                .at(std::vector{Eigen::Vector3d(0, 0, 0)})[0];
-  CHECK(shape.inradius == Approx(-at_origin).epsilon(1e-4));
-  CHECK(shape.inradius == Approx(20 * shape.shape_to_map.scale).epsilon(0.01));
+  CHECK(shape.inradius == Catch::Approx(-at_origin).epsilon(1e-4));
+  CHECK(shape.inradius == Catch::Approx(20 * shape.shape_to_map.scale).epsilon(0.01));
 }
 
 TEST_CASE("the detail that suits a shape is measured from its deepest point, wherever it lies") {
@@ -194,13 +194,13 @@ TEST_CASE("the detail that suits a shape is measured from its deepest point, whe
     ExactMapOptions exact;
     exact.resolution = 64;
     CHECK(exact_map(device, moved, exact).frame.detail.value() ==
-          Approx(chosen_detail(DetailWord::automatic, spread, kExactRule)).epsilon(0.05));
+          Catch::Approx(chosen_detail(DetailWord::automatic, spread, kExactRule)).epsilon(0.05));
     FitOptions options;
     options.factors = 24;
     options.schedule = "fast";
     options.max_evaluations = 60;
     CHECK(fit(device, moved, options).map.frame.detail.value() ==
-          Approx(chosen_detail(DetailWord::automatic, spread, kFittedRule)).epsilon(0.05));
+          Catch::Approx(chosen_detail(DetailWord::automatic, spread, kFittedRule)).epsilon(0.05));
   }
 }
 
@@ -222,21 +222,21 @@ TEST_CASE("what bodies hide of one another is left out of the outer surface") {
   const auto nested =
       outer_surface(test::shared_device(), shapes::joined(shapes::sphere(3), small));
   REQUIRE(nested.leaves_out);
-  CHECK(area(nested.mesh) == Approx(area(shapes::sphere(3))).epsilon(1e-12));
+  CHECK(area(nested.mesh) == Catch::Approx(area(shapes::sphere(3))).epsilon(1e-12));
 
   // Two boxes of side 2 that share a unit cube at a corner: coarse triangles are cut.
   const auto corner =
       shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}), shapes::box({0, 0, 0}, {2, 2, 2}));
   const auto joined = outer_surface(test::shared_device(), corner);
   REQUIRE(joined.leaves_out);
-  CHECK(area(joined.mesh) == Approx(48 - 6).epsilon(0.02));
+  CHECK(area(joined.mesh) == Catch::Approx(48 - 6).epsilon(0.02));
   const auto distances = joined.distance.at(std::vector<Eigen::Vector3d>{
       {0.5, 0.5, 0.5}, {0.9, 0.9, 0.9}, {-0.5, 0, 0}, {1.5, 1.5, -0.5}, {3, 1, 1}});
-  CHECK(distances[0] == Approx(-std::sqrt(0.5)).margin(0.05));
-  CHECK(distances[1] == Approx(-std::sqrt(0.82)).margin(0.05));
-  CHECK(distances[2] == Approx(-0.5).margin(0.01));
-  CHECK(distances[3] == Approx(0.5).margin(0.01));
-  CHECK(distances[4] == Approx(1).margin(0.01));
+  CHECK(distances[0] == Catch::Approx(-std::sqrt(0.5)).margin(0.05));
+  CHECK(distances[1] == Catch::Approx(-std::sqrt(0.82)).margin(0.05));
+  CHECK(distances[2] == Catch::Approx(-0.5).margin(0.01));
+  CHECK(distances[3] == Catch::Approx(0.5).margin(0.01));
+  CHECK(distances[4] == Catch::Approx(1).margin(0.01));
 
   // An inside-out box that sticks out of the one it is taken from.
   const auto tunnel = outer_surface(
@@ -244,7 +244,7 @@ TEST_CASE("what bodies hide of one another is left out of the outer surface") {
       shapes::joined(shapes::box({-1, -1, -1}, {1, 1, 1}),
                      shapes::inside_out(shapes::box({-0.5, -0.5, -1.2}, {0.5, 0.5, 1.2}))));
   REQUIRE(tunnel.leaves_out);
-  CHECK(tunnel.mesh.box().high.z() == Approx(1).margin(0.08));
+  CHECK(tunnel.mesh.box().high.z() == Catch::Approx(1).margin(0.08));
 }
 
 TEST_CASE("a body that is inside out beside another has an inside") {
@@ -256,12 +256,12 @@ TEST_CASE("a body that is inside out beside another has an inside") {
     const std::vector<Eigen::Vector3d> centers{{0, 0, 0}, {4, 0, 0}};
     for (const double winding :
          SignedDistance(test::shared_device(), wrong).winding_numbers(centers)) {
-      CHECK(winding == Approx(1).margin(0.05));
+      CHECK(winding == Catch::Approx(1).margin(0.05));
     }
     CHECK_FALSE(outer_surface(test::shared_device(), wrong).leaves_out);
     const Shape shape = make_shape(test::shared_device(), wrong);
     const Shape expected = make_shape(test::shared_device(), right);
-    CHECK(shape.inradius == Approx(expected.inradius).epsilon(1e-9));
+    CHECK(shape.inradius == Catch::Approx(expected.inradius).epsilon(1e-9));
     CHECK(shape.mesh.triangles == expected.mesh.triangles);
   }
 }

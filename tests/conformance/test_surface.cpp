@@ -1,7 +1,7 @@
 // Surfaces of sets whose shape is known, and their comparison with meshes.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -65,8 +65,8 @@ TEST_CASE("the set of q² is the unit ball, found without a box") {
   const int iterations = GENERATE(1, 6);
   const TriangleMesh mesh = extract_surface(test::shared_device(), square(), {48, iterations, {}});
   test::require_closed_manifold(mesh);
-  CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
-  CHECK(test::surface_area(mesh) == Approx(4 * M_PI).epsilon(iterations == 1 ? 0.01 : 0.04));
+  CHECK(test::enclosed_volume(mesh) == Catch::Approx(kBallVolume).epsilon(0.01));
+  CHECK(test::surface_area(mesh) == Catch::Approx(4 * M_PI).epsilon(iterations == 1 ? 0.01 : 0.04));
 }
 
 TEST_CASE("a field that is steeper outside has the same surface at n = 1") {
@@ -96,7 +96,8 @@ TEST_CASE("surfaces come in the shape's own coordinates") {
   const TriangleMesh mesh = extract_surface(test::shared_device(), map, {64, 1, {}});
   test::require_closed_manifold(mesh);
   const Eigen::Vector3d center(0.25, -0.5, -1.5);
-  for (const auto& v : mesh.vertices) CHECK((v - center).norm() == Approx(0.5).epsilon(0.002));
+  for (const auto& v : mesh.vertices)
+    CHECK((v - center).norm() == Catch::Approx(0.5).epsilon(0.002));
 }
 
 TEST_CASE("a box that is too small grows until the set is clear of it") {
@@ -104,7 +105,7 @@ TEST_CASE("a box that is too small grows until the set is clear of it") {
   map.frame.box = Box{{-0.2, -0.9, -0.5}, {0.7, 0.6, 0.8}};
   const TriangleMesh mesh = extract_surface(test::shared_device(), map, {64, 1, {}});
   test::require_closed_manifold(mesh);
-  CHECK(test::enclosed_volume(mesh) == Approx(kBallVolume).epsilon(0.01));
+  CHECK(test::enclosed_volume(mesh) == Catch::Approx(kBallVolume).epsilon(0.01));
 }
 
 TEST_CASE("a given box is kept, and cuts the set open") {
@@ -117,7 +118,7 @@ TEST_CASE("a given box is kept, and cuts the set open") {
   CHECK(count.open == report.open_edges);
   CHECK(count.badly_shared == 0);
   for (const auto& v : mesh.vertices) CHECK(v.x() >= 0);
-  CHECK(test::surface_area(mesh) == Approx(2 * M_PI).epsilon(0.02));
+  CHECK(test::surface_area(mesh) == Catch::Approx(2 * M_PI).epsilon(0.02));
 }
 
 TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
@@ -140,7 +141,7 @@ TEST_CASE("iterated sets are closed and manifold too, over several slabs") {
   const auto inside =
       std::ranges::count_if(values, [&](double f) { return f < map.dynamics.surface_level; });
   CHECK(test::enclosed_volume(mesh) ==
-        Approx(static_cast<double>(inside) * box.size().prod() / (kCells * kCells * kCells))
+        Catch::Approx(static_cast<double>(inside) * box.size().prod() / (kCells * kCells * kCells))
             .epsilon(0.01));
 }
 
@@ -229,7 +230,7 @@ TEST_CASE("a set may reach as far as its level says, and no farther than orbits 
   map.dynamics.surface_level = 5;  // F_1 = 2 ln |q|
   const TriangleMesh ball = extract_surface(test::shared_device(), map, {32, 1, {}});
   REQUIRE_FALSE(ball.vertices.empty());
-  for (const auto& x : ball.vertices) CHECK(x.norm() == Approx(std::exp(2.5)).epsilon(0.01));
+  for (const auto& x : ball.vertices) CHECK(x.norm() == Catch::Approx(std::exp(2.5)).epsilon(0.01));
   map.dynamics.surface_level = 25;
   CHECK_THROWS_AS(extract_surface(test::shared_device(), map, {32, 1, {}}), InputError);
 }
@@ -271,29 +272,29 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
       CHECK(m.iou > 0.97);
       CHECK(m.mean_distance < 0.003);
       CHECK(m.hausdorff_distance < 0.01);
-      CHECK(m.roughness == Approx(1).epsilon(0.04));
+      CHECK(m.roughness == Catch::Approx(1).epsilon(0.04));
     }
-    CHECK(metrics[0].energy == Approx(ball_energy(1, 48)).epsilon(0.01));
+    CHECK(metrics[0].energy == Catch::Approx(ball_energy(1, 48)).epsilon(0.01));
     CHECK(metrics[1].energy < metrics[0].energy);
   }
   SECTION("one and a quarter times as wide") {
     const double r = 1.25;
     const FitMetrics m = compare(device, square(), shapes::sphere(4, r), {64, 1}).at(0);
     const double diagonal = 2 * r * std::sqrt(3.0);
-    CHECK(m.iou == Approx(1 / (r * r * r)).epsilon(0.02));
-    CHECK(m.mean_distance == Approx((r - 1) / diagonal).epsilon(0.03));
-    CHECK(m.distance_95 == Approx((r - 1) / diagonal).epsilon(0.05));
-    CHECK(m.hausdorff_distance == Approx((r - 1) / diagonal).epsilon(0.05));
-    CHECK(m.slope_variation == Approx(0).margin(1e-3));  // ‖∇F_1‖ = 2/r, but for facets
-    CHECK(m.roughness == Approx(1 / (r * r)).epsilon(0.02));
-    CHECK(m.energy == Approx(ball_energy(r, 64)).margin(0.01));
+    CHECK(m.iou == Catch::Approx(1 / (r * r * r)).epsilon(0.02));
+    CHECK(m.mean_distance == Catch::Approx((r - 1) / diagonal).epsilon(0.03));
+    CHECK(m.distance_95 == Catch::Approx((r - 1) / diagonal).epsilon(0.05));
+    CHECK(m.hausdorff_distance == Catch::Approx((r - 1) / diagonal).epsilon(0.05));
+    CHECK(m.slope_variation == Catch::Approx(0).margin(1e-3));  // ‖∇F_1‖ = 2/r, but for facets
+    CHECK(m.roughness == Catch::Approx(1 / (r * r)).epsilon(0.02));
+    CHECK(m.energy == Catch::Approx(ball_energy(r, 64)).margin(0.01));
   }
   SECTION("one beside it") {
     // 1/|x| over a unit sphere about c has mean 1 and mean square ln((1 + c)/(1 − c)) / 2c.
     TriangleMesh beside = shapes::sphere(4);
     for (auto& v : beside.vertices) v.x() += 0.5;
     const FitMetrics m = compare(device, square(), beside, {32, 1}).at(0);
-    CHECK(m.slope_variation == Approx(std::sqrt(std::log(3.0) - 1)).epsilon(0.02));
+    CHECK(m.slope_variation == Catch::Approx(std::sqrt(std::log(3.0) - 1)).epsilon(0.02));
     CHECK(m.distance_95 > m.mean_distance);
     CHECK(m.distance_95 < m.hausdorff_distance);
   }
@@ -305,7 +306,7 @@ TEST_CASE("the ball of q² compares with spheres as balls do") {
     CHECK(std::isnan(m.mean_distance));
     CHECK(m.roughness == 0);
     CHECK(to_json(m)["hausdorff_distance"].dump() == "null");
-    CHECK(m.energy == Approx(0).margin(1e-6));
+    CHECK(m.energy == Catch::Approx(0).margin(1e-6));
   }
 }
 
@@ -318,7 +319,7 @@ TEST_CASE("what a mesh too thin for its cells leaves undefined is null, with the
   CHECK(std::isnan(thin.energy));
   CHECK(std::isfinite(thin.mean_distance));
   CHECK(thin.roughness > 1);
-  CHECK_THAT(why_undefined(thin), Catch::Contains("higher resolution"));
+  CHECK_THAT(why_undefined(thin), Catch::Matchers::ContainsSubstring("higher resolution"));
   map.dynamics.surface_level = -100;
   const FitMetrics nothing = compare(test::shared_device(), map, plate, {8, 1}).at(0);
   const auto json = to_json(nothing);
@@ -356,7 +357,7 @@ TEST_CASE("a part is compared by what lies in it") {
   CHECK(whole.iou < 0.9);
   CHECK(half.iou > 0.98);
   CHECK(half.mean_distance < 0.1 * whole.mean_distance);
-  CHECK(half.roughness == Approx(1).margin(0.02));
+  CHECK(half.roughness == Catch::Approx(1).margin(0.02));
   // A part that holds no triangle's middle, of a mesh whose triangles are as large as it is.
   const TriangleMesh cube = shapes::box();
   const double corner = 1 / std::sqrt(3.0);
@@ -365,7 +366,9 @@ TEST_CASE("a part is compared by what lies in it") {
   CHECK(top.roughness > 1);  // the ball's cap over a flat face
   CHECK(top.roughness < 1 / corner);
   options.box = Box{{5, 5, 5}, {6, 6, 6}};
-  CHECK_THROWS_WITH(compare(device, square(), mesh, options), Catch::Contains("box: "));
+  CHECK_THROWS_WITH(compare(device, square(), mesh, options),
+                    Catch::Matchers::ContainsSubstring("box: "));
   options.box = Box{{1, 0, 0}, {0, 1, 1}};
-  CHECK_THROWS_WITH(compare(device, square(), mesh, options), Catch::Contains("box: "));
+  CHECK_THROWS_WITH(compare(device, square(), mesh, options),
+                    Catch::Matchers::ContainsSubstring("box: "));
 }

@@ -1,7 +1,7 @@
 // What a trace holds is what the device ran.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 

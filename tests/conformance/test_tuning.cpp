@@ -1,6 +1,6 @@
 // Settings other than the defaults: the same results, and where they are kept.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -160,7 +160,8 @@ TEST_CASE("settings travel to a twin in a file") {
   std::ifstream(file) >> foreign;
   foreign["device"] = "another";
   std::ofstream(file) << foreign;
-  CHECK_THROWS_WITH(import_tuning(device, file), Catch::Contains("settings of \"another\""));
+  CHECK_THROWS_WITH(import_tuning(device, file),
+                    Catch::Matchers::ContainsSubstring("settings of \"another\""));
 }
 
 TEST_CASE("corrupt and foreign settings are passed over with a warning, and replaced") {
@@ -183,8 +184,8 @@ TEST_CASE("corrupt and foreign settings are passed over with a warning, and repl
     put(text);
     CAPTURE(text);
     const CachedTuning kept = with_cached_tuning(device);
-    CHECK_THAT(kept.warning,
-               Catch::Contains(file.string()) && Catch::Contains("tune this device again"));
+    CHECK_THAT(kept.warning, Catch::Matchers::ContainsSubstring(file.string()) &&
+                                 Catch::Matchers::ContainsSubstring("tune this device again"));
     CHECK_FALSE(kept.device.is_tuned(Precision::single));
   }
   save_tuning(tuned(device), Precision::single);

@@ -1,7 +1,7 @@
 // Compares vertices on crossed edges with those of a plain search in double precision.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <random>
 #include <vector>

@@ -1,7 +1,7 @@
 // A fit that is watched: what it tells, and that it goes the same way.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <stop_token>
@@ -50,8 +50,9 @@ double share_of_error(const Map& map, const TriangleMesh& mesh, double side) {
 void refuses_weights(const SampleWeights& weights, const char* problem) {
   FitOptions options = short_fit();
   options.weights = weights;
-  CHECK_THROWS_WITH(fit(test::shared_device(), shapes::torus(1, 0.4), options),
-                    Catch::StartsWith("weights") && Catch::Contains(problem));
+  CHECK_THROWS_WITH(
+      fit(test::shared_device(), shapes::torus(1, 0.4), options),
+      Catch::Matchers::StartsWith("weights") && Catch::Matchers::ContainsSubstring(problem));
 }
 
 }  // namespace
@@ -115,8 +116,9 @@ TEST_CASE("a mesh too large for the time limit is fitted by a coarser one, which
   options.time_limit = 1e-3;
   const FitResult coarse = fit(test::shared_device(), mesh, options);
   CHECK(said(coarse));
-  CHECK(coarse.map.frame.box->size().x() == Approx(whole.map.frame.box->size().x()).epsilon(1e-12));
-  CHECK(*coarse.map.frame.inradius == Approx(*whole.map.frame.inradius).epsilon(0.03));
+  CHECK(coarse.map.frame.box->size().x() ==
+        Catch::Approx(whole.map.frame.box->size().x()).epsilon(1e-12));
+  CHECK(*coarse.map.frame.inradius == Catch::Approx(*whole.map.frame.inradius).epsilon(0.03));
 }
 
 TEST_CASE("a fit taken stage by stage goes the same way as one that runs through") {
@@ -246,5 +248,6 @@ TEST_CASE("weights that cannot be used are refused, and a checkpoint knows its o
   options.resume = true;
   CHECK(to_json(fit(test::shared_device(), mesh, options).map) == to_json(done.map));
   options.weights = all(3);
-  CHECK_THROWS_WITH(fit(test::shared_device(), mesh, options), Catch::Contains("other options"));
+  CHECK_THROWS_WITH(fit(test::shared_device(), mesh, options),
+                    Catch::Matchers::ContainsSubstring("other options"));
 }

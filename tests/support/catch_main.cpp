@@ -1,5 +1,5 @@
-#define CATCH_CONFIG_RUNNER
-#include <catch2/catch.hpp>
+#define CATCH_CONFIG_RUNNER  // Catch2 2 needs it
+#include <catch2/catch_all.hpp>
 
 #include "test_device.hpp"
 

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cstddef>
 #include <map>
 #include <set>

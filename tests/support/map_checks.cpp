@@ -1,7 +1,7 @@
 #include "map_checks.hpp"
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "map/reference_iteration.hpp"

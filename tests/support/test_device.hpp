@@ -7,7 +7,7 @@
 /// QJULIA_TEST_FEW_POINTS  for interpreters of kernels: sweeps of a thirty-second of the points
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cstdlib>
 #include <optional>
 #include <sstream>

@@ -1,6 +1,6 @@
 /// Input that cannot be used: exit code 2, a message naming the file or option, no output left.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -11,7 +11,7 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using qjulia::test::ProcessResult;
 using qjulia::test::TemporaryFolder;
 using Arguments = std::vector<std::string>;
@@ -95,7 +95,7 @@ void check_refused(const TemporaryFolder& folder, const Arguments& arguments,
       qjulia::test::run_command(arguments, {.timeout = std::chrono::seconds(30)});
   CAPTURE(arguments, result.err);
   CHECK(result.exit_code == exit_code);
-  CHECK_THAT(result.err, Contains(word));
+  CHECK_THAT(result.err, ContainsSubstring(word));
   CHECK(result.out.empty());
   CHECK(folder.names().size() == before);
 }

@@ -1,7 +1,7 @@
 /// Commands on devices with little room, or less than they promise: the layout of GPUs shrinks to
 /// what a device takes, and what it cannot do at all is told.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -17,7 +17,7 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using qjulia::Device;
 using qjulia::Layout;
@@ -104,12 +104,14 @@ TEST_CASE("the layout of GPUs fits as well as that of CPUs, twice to the same by
   in_gpu_layout.insert(in_gpu_layout.end(), {"--layout", "gpu"});
   const auto cpu = bench.fit(size);
   const auto gpu = bench.fit(in_gpu_layout);
-  CHECK(gpu.iou == Approx(cpu.iou).margin(0.001));
+  CHECK(gpu.iou == Catch::Approx(cpu.iou).margin(0.001));
   CHECK(gpu.map != cpu.map);  // sums in another order
   CHECK(bench.fit(in_gpu_layout).map == gpu.map);
-  CHECK_THAT(gpu.err, Contains("gpu layout") && Contains("kernel panel_products_shared") &&
-                          Contains("kernel gradient_orbit"));
-  CHECK_THAT(cpu.err, !Contains("gpu layout") && !Contains("kernel panel_products_shared"));
+  CHECK_THAT(gpu.err, ContainsSubstring("gpu layout") &&
+                          ContainsSubstring("kernel panel_products_shared") &&
+                          ContainsSubstring("kernel gradient_orbit"));
+  CHECK_THAT(cpu.err, !ContainsSubstring("gpu layout") &&
+                          !ContainsSubstring("kernel panel_products_shared"));
 }
 
 TEST_CASE("groups that a device refuses get smaller, and the map stays the same", "[slow]") {
@@ -127,8 +129,8 @@ TEST_CASE("groups that a device refuses get smaller, and the map stays the same"
     const bool is_told = std::string(group).find("nobody") == std::string::npos;
     CHECK((fit.err.find("refused a group of") == std::string::npos) == is_told);
     const auto with_orbits = bench.fit(iterated, faults);
-    CHECK_THAT(with_orbits.err, Contains("kernel gradient_orbit"));
-    CHECK(with_orbits.iou == Approx(whole_orbits.iou).margin(0.002));
+    CHECK_THAT(with_orbits.err, ContainsSubstring("kernel gradient_orbit"));
+    CHECK(with_orbits.iou == Catch::Approx(whole_orbits.iou).margin(0.002));
     const bool has_room =
         std::string(group).find(":16") == std::string::npos && std::string(group) != "device:1";
     if (has_room) CHECK(with_orbits.map == whole_orbits.map);
@@ -143,7 +145,7 @@ TEST_CASE("groups whose sums exceed 32 KiB of local memory get smaller", "[slow]
   const Bench bench;
   const std::vector<std::string> options{"--factors", "24", "--schedule", bench.schedule};
   const auto fit = bench.fit(options, faults);
-  CHECK_THAT(fit.err, Contains("(tuned)") && !Contains("local memory"));
+  CHECK_THAT(fit.err, ContainsSubstring("(tuned)") && !ContainsSubstring("local memory"));
   tuning.orbit_group = 128;
   const KeptSettings smaller(tuning);
   CHECK(bench.fit(options).map == fit.map);
@@ -158,7 +160,7 @@ TEST_CASE("a device without double precision works in single, and says so otherw
   in_double.insert(in_double.end(), {"--precision", "double"});
   const ProcessResult refused = bench.run(in_double, faults);
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("no double precision") && Contains("single"));
+  CHECK_THAT(refused.err, ContainsSubstring("no double precision") && ContainsSubstring("single"));
   const ProcessResult devices = bench.run({"devices", "--json"}, faults);
   CHECK(json::parse(devices.out)["devices"][0]["double_precision"] == false);
 }
@@ -189,7 +191,7 @@ TEST_CASE("buffers of at most 64 MB suffice, and smaller ones make sums of fewer
   const std::vector<std::string> large{"--factors", "300", "--schedule", bench.schedule};
   const auto fit = bench.fit(large, {{"QJULIA_TEST_LARGEST_BUFFER", "4194304"}});
   // What the device reports is looked at first, so that it is never asked for more.
-  CHECK_THAT(fit.err, !Contains("refused") && Contains("kernel gradient_orbit"));
+  CHECK_THAT(fit.err, !ContainsSubstring("refused") && ContainsSubstring("kernel gradient_orbit"));
   CHECK(fit.iou > 0.8);
 }
 
@@ -200,8 +202,8 @@ TEST_CASE("a fit that the device cannot hold is refused before it starts") {
       bench.run({"fit", bench.mesh, "-o", map, "--factors", "2000", "--verbose"},
                 {{"QJULIA_TEST_LARGEST_BUFFER", "1000000"}});
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("--factors") && Contains("in one buffer") &&
-                              Contains("fewer factors") && !Contains("kernel"));
+  CHECK_THAT(refused.err, ContainsSubstring("--factors") && ContainsSubstring("in one buffer") &&
+                              ContainsSubstring("fewer factors") && !ContainsSubstring("kernel"));
   CHECK_FALSE(std::filesystem::exists(map));
 }
 
@@ -211,8 +213,9 @@ TEST_CASE("a launch without resources ends the command with what to do") {
   const ProcessResult refused = bench.run({"fit", bench.mesh, "-o", map, "--factors", "24"},
                                           {{"QJULIA_TEST_FAULTS", "30:1000000"}});
   CHECK(refused.exit_code == 1);
-  CHECK_THAT(refused.err, Contains("launching kernel") && Contains("CL_OUT_OF_RESOURCES") &&
-                              Contains("qjulia doctor"));
+  CHECK_THAT(refused.err, ContainsSubstring("launching kernel") &&
+                              ContainsSubstring("CL_OUT_OF_RESOURCES") &&
+                              ContainsSubstring("qjulia doctor"));
   CHECK_FALSE(std::filesystem::exists(map));
 }
 
@@ -238,8 +241,9 @@ TEST_CASE("a fit whose device is lost keeps what it reached, and --resume goes o
         fit(map, {}, {{"QJULIA_TEST_LOST", std::string("150:") + code + ":pthread"}});
     CAPTURE(lost.err);
     CHECK(lost.exit_code == 1);
-    CHECK_THAT(lost.err, Contains(name) && Contains("the driver has lost the device") &&
-                             Contains(map + ".checkpoint' keeps") && Contains("--resume"));
+    CHECK_THAT(lost.err,
+               ContainsSubstring(name) && ContainsSubstring("the driver has lost the device") &&
+                   ContainsSubstring(map + ".checkpoint' keeps") && ContainsSubstring("--resume"));
     CHECK_FALSE(std::filesystem::exists(bench.folder / map));
     // What was evaluated in the stage is kept too, though no time to save it had come.
     constexpr std::size_t kDigits = 16;
@@ -289,7 +293,8 @@ TEST_CASE("--layout and QJULIA_LAYOUT are checked") {
   CHECK(bench.run({"devices", "--layout", "huh"}).exit_code == 2);
   const ProcessResult refused = bench.run({"devices"}, {{"QJULIA_LAYOUT", "huh"}});
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("QJULIA_LAYOUT") && Contains("cpu, gpu or auto"));
+  CHECK_THAT(refused.err,
+             ContainsSubstring("QJULIA_LAYOUT") && ContainsSubstring("cpu, gpu or auto"));
 }
 
 TEST_CASE("doctor finds nothing wrong with a good device, in either layout", "[slow]") {
@@ -341,7 +346,7 @@ TEST_CASE("doctor finds the program that computes wrongly, and the one that does
   for (const json& check : report["programs"]) {
     if (check["passed"] == true) continue;
     CHECK(check["built"] == false);
-    CHECK_THAT(read_text(check["build_log"]), Contains("shade.cl did not build"));
+    CHECK_THAT(read_text(check["build_log"]), ContainsSubstring("shade.cl did not build"));
   }
   // In a shared folder for temporary files somebody else has put links to a file of this user.
   const TemporaryFolder shared;
@@ -358,13 +363,14 @@ TEST_CASE("doctor finds the program that computes wrongly, and the one that does
   for (const json& check : json::parse(among_links.out)["programs"]) {
     if (check["passed"] == true) continue;
     const std::filesystem::path log = check["build_log"].get<std::string>();
-    CHECK_THAT(read_text(log), Contains("shade.cl did not build"));
+    CHECK_THAT(read_text(log), ContainsSubstring("shade.cl did not build"));
     CHECK(log.parent_path().parent_path() == shared.path());
     CHECK(std::filesystem::status(log.parent_path()).permissions() ==
           std::filesystem::perms::owner_all);
   }
   const ProcessResult told = bench.run({"doctor"}, broken);
   CHECK(told.exit_code == 1);
-  CHECK_THAT(told.out, Contains("FAILED shade.cl") && Contains("compiler's log: ") &&
-                           Contains("programs failed"));
+  CHECK_THAT(told.out, ContainsSubstring("FAILED shade.cl") &&
+                           ContainsSubstring("compiler's log: ") &&
+                           ContainsSubstring("programs failed"));
 }

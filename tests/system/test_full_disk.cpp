@@ -1,6 +1,6 @@
 /// Outputs on a disk that is too small for them: exit code 1, a message, no file left.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "obj_text.hpp"
 #include "process.hpp"
@@ -8,7 +8,7 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using qjulia::test::run;
 using qjulia::test::TemporaryFolder;
 using Arguments = std::vector<std::string>;
@@ -40,7 +40,7 @@ void check_nothing_left(Arguments arguments, const std::string& name, int kiloby
   const auto result = run_on_small_disk(arguments, folder / "", kilobytes);
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);
-  CHECK_THAT(result.err, Contains("cannot write") && Contains(name));
+  CHECK_THAT(result.err, ContainsSubstring("cannot write") && ContainsSubstring(name));
   CHECK(result.out.empty());
 }
 

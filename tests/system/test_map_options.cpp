@@ -1,6 +1,6 @@
 /// The options that turn a map, on whole commands.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -14,7 +14,7 @@
 #include "qjulia/mesh.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using namespace qjulia::test;
 using Arguments = std::vector<std::string>;
@@ -76,7 +76,8 @@ TEST_CASE("a map whose exponents bound no set is named as such, once") {
   const std::string warning = "exponents sum to -1.2, and the iterated set is bounded only if";
   const auto info = run_command({"info", file, "--device", "cpu", "--json"});
   REQUIRE(info.exit_code == 0);
-  CHECK_THAT(json::parse(info.out)["warnings"].at(0).get<std::string>(), Contains(warning));
+  CHECK_THAT(json::parse(info.out)["warnings"].at(0).get<std::string>(),
+             ContainsSubstring(warning));
   const auto count_in = [&](const std::string& text) {
     int count = 0;
     for (auto at = text.find(warning); at != std::string::npos; at = text.find(warning, at + 1)) {
@@ -130,7 +131,7 @@ TEST_CASE("a mesh has the colours of a material, and its file says which") {
   const std::string ply = map.surface_file(options, "colored.ply");
   const std::size_t end = ply.find("end_header\n") + 11;
   const std::string header = ply.substr(0, end);
-  CHECK_THAT(header, Contains("uchar red") && Contains("float nx"));
+  CHECK_THAT(header, ContainsSubstring("uchar red") && ContainsSubstring("float nx"));
   const std::size_t vertices = std::stoul(header.substr(header.find("element vertex ") + 15));
   std::set<std::string> colors;
   for (std::size_t v = 0; v < vertices; ++v) colors.insert(ply.substr(end + 27 * v + 24, 3));
@@ -183,16 +184,16 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
   CHECK(automatic > 0.001);
   // At most 3 % of the shape's diagonal, which is 4 % longer than that of the box the map says.
   CHECK(automatic <= 0.0315);
-  CHECK(detail("smooth") == Approx(automatic / 8));
-  CHECK(detail("clear") == Approx(automatic / 2));
-  CHECK(detail("wild") == Approx(2 * automatic));
+  CHECK(detail("smooth") == Catch::Approx(automatic / 8));
+  CHECK(detail("clear") == Catch::Approx(automatic / 2));
+  CHECK(detail("wild") == Catch::Approx(2 * automatic));
   CHECK(detail("0.013") == 0.013);
   // A turned map's box is larger than its shape; the shell is as thick as before.
   qjulia::Map roomy = small_map();
   *roomy.frame.detail /= 2;
   roomy.frame.box = qjulia::Box{{-2, -2, -2}, {2, 2, 2}};
   qjulia::write_map(roomy, map.file);
-  CHECK(detail("auto") == Approx(automatic / 2).epsilon(0.03));
+  CHECK(detail("auto") == Catch::Approx(automatic / 2).epsilon(0.03));
   qjulia::write_map(small_map(), map.file);
   CHECK(converted({})["version"] == 1);
   const json steep = converted({"--steepness", "2.5"});
@@ -202,7 +203,7 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
   const auto refused =
       run_command({"surface", map.file, "-o", map.folder / "out.ply", "--detail", "rough"});
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("auto, smooth, clear or wild"));
+  CHECK_THAT(refused.err, ContainsSubstring("auto, smooth, clear or wild"));
 }
 
 TEST_CASE("portals are put on a map, told by info, and moved by convert; wrong ones are refused") {
@@ -218,26 +219,26 @@ TEST_CASE("portals are put on a map, told by info, and moved by convert; wrong o
   json text = json::parse(read_text(with));
   CHECK(text["version"] == 2);
   REQUIRE(text["portals"].size() == summary["portals"]);
-  CHECK(text["portals"][0]["scale"] == Approx(5));
+  CHECK(text["portals"][0]["scale"] == Catch::Approx(5));
   CHECK(text["portals"][0]["mask"] == "outside");
   CHECK(text["provenance"]["portals"]["size"] == 0.2);
   const auto told = run_command({"info", with, "--device", "cpu"});
-  CHECK_THAT(told.out, Contains("portal ") && Contains("mask outside"));
+  CHECK_THAT(told.out, ContainsSubstring("portal ") && ContainsSubstring("mask outside"));
   const std::string moved = map.folder / "moved.qjulia.json";
   REQUIRE(run_command({"convert", with, moved, "--translate", "0.01", "0", "0", "--device", "cpu"})
               .exit_code == 0);
   CHECK(json::parse(read_text(moved))["portals"][0]["center"][0].get<double>() ==
-        Approx(text["portals"][0]["center"][0].get<double>() + 0.01));
+        Catch::Approx(text["portals"][0]["center"][0].get<double>() + 0.01));
 
   text["portals"][0]["scale"] = 0;
   std::ofstream(with) << text.dump();
   const auto refused = run_command({"render", with, "-o", map.folder / "out.png"});
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("portals[0].scale"));
+  CHECK_THAT(refused.err, ContainsSubstring("portals[0].scale"));
   const auto too_large =
       run_command({"portals", map.file, "-o", moved, "--size", "0.9", "--device", "cpu"});
   CHECK(too_large.exit_code == 2);
-  CHECK_THAT(too_large.err, Contains("--size"));
+  CHECK_THAT(too_large.err, ContainsSubstring("--size"));
 }
 
 TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be drawn") {
@@ -259,15 +260,15 @@ TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be
   CHECK(text["provenance"]["paint"]["balls"][1][1] == -0.5);
   CHECK(text["provenance"]["paint"]["thickness"] == 0.2);
   const auto told = run_command({"info", with, "--device", "cpu"});
-  CHECK_THAT(told.out, Contains("paint ") && Contains("shares of the detail"));
+  CHECK_THAT(told.out, ContainsSubstring("paint ") && ContainsSubstring("shares of the detail"));
   const std::string mesh = map.folder / "painted.ply";
   const auto meshed = run_command(
       {"surface", with, "-o", mesh, "--resolution", "32", "--device", "cpu", "--quiet"});
   CHECK(meshed.exit_code == 0);
   const std::string page = map.folder / "page.html";
   REQUIRE(run_command({"share", with, "-o", page}).exit_code == 0);
-  CHECK_THAT(read_text(page),
-             Contains("id=\"painted.glsl\"") && !Contains("id=\"unpainted.glsl\""));
+  CHECK_THAT(read_text(page), ContainsSubstring("id=\"painted.glsl\"") &&
+                                  !ContainsSubstring("id=\"unpainted.glsl\""));
 
   const std::string bare = map.folder / "bare.qjulia.json";
   REQUIRE(run_command({"paint", with, "-o", bare, "--clear"}).exit_code == 0);
@@ -289,7 +290,7 @@ TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be
     const auto refused = paint(words);
     INFO(refused.err);
     CHECK(refused.exit_code == 2);
-    CHECK_THAT(refused.err, Contains(part));
+    CHECK_THAT(refused.err, ContainsSubstring(part));
   }
 }
 
@@ -316,7 +317,7 @@ TEST_CASE("a sampled field is shifted by --scale") {
   const auto plain = values({});
   const auto scaled = values({"--scale", "1.25"});
   for (std::size_t i = 0; i < plain.size(); ++i) {
-    CHECK(scaled[i] == Approx(plain[i] - std::log(1.25)).margin(1e-12));
+    CHECK(scaled[i] == Catch::Approx(plain[i] - std::log(1.25)).margin(1e-12));
   }
 }
 
@@ -384,7 +385,8 @@ TEST_CASE("pictures say how they were made") {
   CHECK(options["order_seed"] == 5);
   CHECK(options["iterations"] == 4);
   CHECK(options["detail"].is_null());
-  CHECK_THAT(read_text(picture), Contains("tEXtqjulia") && Contains(made["input"].dump()));
+  CHECK_THAT(read_text(picture),
+             ContainsSubstring("tEXtqjulia") && ContainsSubstring(made["input"].dump()));
   const auto info = run_command({"info", picture, "--json"});
   REQUIRE(info.exit_code == 0);
   CHECK(json::parse(info.out)["made_with"] == made);
@@ -392,5 +394,6 @@ TEST_CASE("pictures say how they were made") {
   const auto foreign =
       run_command({"info", map.folder.file("b.png", read_text(picture).substr(0, 40))});
   CHECK(foreign.exit_code == 2);
-  CHECK_THAT(foreign.err, Contains("b.png") && Contains("does not say how it was made"));
+  CHECK_THAT(foreign.err,
+             ContainsSubstring("b.png") && ContainsSubstring("does not say how it was made"));
 }

@@ -5,7 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using namespace qjulia::test;
 using Arguments = std::vector<std::string>;
@@ -51,7 +51,7 @@ void check_refused(const OutputFiles& bench, const Arguments& arguments, const s
   for (const auto& name : bench.folder.names()) after[name] = read_text(bench.folder / name);
   CAPTURE(arguments, result.err);
   CHECK(result.exit_code == exit_code);
-  CHECK_THAT(result.err, Contains(word));
+  CHECK_THAT(result.err, ContainsSubstring(word));
   CHECK(before == after);
 }
 
@@ -154,7 +154,7 @@ TEST_CASE("a map tells of mesh and schedule as they were when its fit began") {
   resumed.emplace_back("--resume");
   const ProcessResult second = run_command(resumed);
   CHECK(second.exit_code == 0);
-  CHECK_THAT(second.err, !Contains("nothing to resume"));
+  CHECK_THAT(second.err, !ContainsSubstring("nothing to resume"));
 }
 
 TEST_CASE("a batch never writes over its meshes") {
@@ -195,7 +195,7 @@ TEST_CASE("what is no regular file is written into") {
 
   const ProcessResult full = run_command(bench.fit("/dev/full"));
   CHECK(full.exit_code == 1);
-  CHECK_THAT(full.err, Contains("cannot write '/dev/full'"));
+  CHECK_THAT(full.err, ContainsSubstring("cannot write '/dev/full'"));
   CHECK(is_map(run_command(bench.fit("/dev/stdout")).out));
 
   const std::string pipe = bench.folder / "pipe";
@@ -225,7 +225,7 @@ TEST_CASE("a command does not depend on anybody who listens") {
   }
   const ProcessResult deaf = shell("\"$0\" \"$@\" >/dev/full", {"info", map});
   CHECK(deaf.exit_code == 1);
-  CHECK_THAT(deaf.err, Contains("standard output"));
+  CHECK_THAT(deaf.err, ContainsSubstring("standard output"));
   const ProcessResult gone = shell("\"$0\" \"$@\" | true; exit ${PIPESTATUS[0]}", {"info", map});
   CHECK(gone.exit_code == 0);
 }
@@ -283,7 +283,7 @@ TEST_CASE("a checkpoint that cannot be written does not end the fit") {
       {map, "fit", bench.mesh, "--factors", "48", "--max-evaluations", "400"});
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
-  CHECK_THAT(result.err, Contains("could not be kept while it was under way"));
+  CHECK_THAT(result.err, ContainsSubstring("could not be kept while it was under way"));
   CHECK(is_map(read_text(map)));
 }
 
@@ -296,11 +296,11 @@ TEST_CASE("--resume knows a schedule by what it says") {
   const ProcessResult first = run_command(fit);
   CAPTURE(first.err);
   REQUIRE(first.exit_code == 0);
-  CHECK_THAT(run_command(fit).err, Contains("nothing to resume"));
+  CHECK_THAT(run_command(fit).err, ContainsSubstring("nothing to resume"));
   bench.folder.file("s.toml", text + "# other\n");
   const ProcessResult edited = run_command(fit);
   CHECK(edited.exit_code == 0);
-  CHECK_THAT(edited.err, !Contains("nothing to resume"));
+  CHECK_THAT(edited.err, !ContainsSubstring("nothing to resume"));
 }
 
 TEST_CASE("--resume makes the report of a finished map") {
@@ -311,7 +311,7 @@ TEST_CASE("--resume makes the report of a finished map") {
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
   CHECK(read_text(map) == bytes);
-  CHECK_THAT(read_text(bench.folder / "report/report.html"), Contains("How it went"));
+  CHECK_THAT(read_text(bench.folder / "report/report.html"), ContainsSubstring("How it went"));
 }
 
 TEST_CASE("an output that nobody names is named after the input, and must be new") {
@@ -324,16 +324,16 @@ TEST_CASE("an output that nobody names is named after the input, and must be new
   const auto drawn = here("render \"$2\" --size 32x24 --json");
   INFO(drawn.err);
   REQUIRE(drawn.exit_code == 0);
-  CHECK_THAT(drawn.out, Contains("\"quadratic.png\""));
+  CHECK_THAT(drawn.out, ContainsSubstring("\"quadratic.png\""));
   REQUIRE(std::filesystem::exists(folder / "quadratic.png"));
   const auto again = here("render \"$2\" --size 32x24");
   CHECK(again.exit_code == 2);
-  CHECK_THAT(again.err, Contains("--output: 'quadratic.png' exists"));
+  CHECK_THAT(again.err, ContainsSubstring("--output: 'quadratic.png' exists"));
   CHECK(here("render \"$2\" --size 32x24 -o quadratic.png").exit_code == 0);
   // A name that a sweep makes of it counts too.
   std::filesystem::rename(folder / "quadratic.png", folder / "quadratic_002.png");
   CHECK_THAT(here("render \"$2\" --size 32x24 --sweep azimuth=0,90").err,
-             Contains("'quadratic_002.png' exists"));
+             ContainsSubstring("'quadratic_002.png' exists"));
 
   REQUIRE(here("surface \"$2\" --resolution 16").exit_code == 0);
   CHECK(std::filesystem::exists(folder / "quadratic.ply"));
@@ -341,10 +341,10 @@ TEST_CASE("an output that nobody names is named after the input, and must be new
   CHECK(std::filesystem::exists(folder / "quadratic.npy"));
   REQUIRE(here("share \"$2\"").exit_code == 0);
   CHECK(std::filesystem::exists(folder / "quadratic.html"));
-  CHECK_THAT(here("share quadratic.html").err, Contains("would overwrite the input"));
+  CHECK_THAT(here("share quadratic.html").err, ContainsSubstring("would overwrite the input"));
   REQUIRE(here("convert \"$2\"").exit_code == 0);
   CHECK(std::filesystem::exists(folder / "quadratic.qjulia.json"));
-  CHECK_THAT(here("convert \"$2\"").err, Contains("OUT: 'quadratic.qjulia.json' exists"));
+  CHECK_THAT(here("convert \"$2\"").err, ContainsSubstring("OUT: 'quadratic.qjulia.json' exists"));
 }
 
 TEST_CASE("a fit's map is named after its mesh, and --resume finds it") {
@@ -358,8 +358,9 @@ TEST_CASE("a fit's map is named after its mesh, and --resume finds it") {
   INFO(first.err);
   REQUIRE(first.exit_code == 0);
   REQUIRE(std::filesystem::exists(folder / "icosahedron.qjulia.json"));
-  CHECK_THAT(fit("--max-evaluations 4").err, Contains("'icosahedron.qjulia.json' exists"));
-  CHECK_THAT(fit("--max-evaluations 4 --resume").err, Contains("is finished"));
+  CHECK_THAT(fit("--max-evaluations 4").err, ContainsSubstring("'icosahedron.qjulia.json' exists"));
+  CHECK_THAT(fit("--max-evaluations 4 --resume").err, ContainsSubstring("is finished"));
   // That of another run is not resumed, and stays.
-  CHECK_THAT(fit("--max-evaluations 5 --resume").err, Contains("'icosahedron.qjulia.json' exists"));
+  CHECK_THAT(fit("--max-evaluations 5 --resume").err,
+             ContainsSubstring("'icosahedron.qjulia.json' exists"));
 }

@@ -1,7 +1,7 @@
 /// Meshes for printers and viewers, and surfaces that are stopped half-way.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +11,7 @@
 #include "qjulia/map_file.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using qjulia::test::run_command;
 using qjulia::test::TemporaryFolder;
@@ -80,14 +80,15 @@ TEST_CASE("admesh has nothing to repair") {
   CHECK(judged("--min-wall", 0.99 * thinnest)["ready"] == true);
   CHECK(judged("--min-wall", 1.01 * thinnest)["ready"] == false);
   CHECK_THAT(judged("--min-wall", 1.01 * thinnest)["advice"].get<std::string>(),
-             Contains("--min-wall"));
-  CHECK_THAT(judged("--min-wall", 1.1 * wall)["advice"].get<std::string>(), Contains("--longest"));
+             ContainsSubstring("--min-wall"));
+  CHECK_THAT(judged("--min-wall", 1.1 * wall)["advice"].get<std::string>(),
+             ContainsSubstring("--longest"));
   // The shape's box, 2.4 a side, is 20 mm long.
   const double length = info["box"][1][0].get<double>() - info["box"][0][0].get<double>();
   CHECK(length > 10);
   CHECK(length < 22.5);
   CHECK(info["figures"]["volume"].get<double>() ==
-        Approx(surface["figures"]["volume"].get<double>()).epsilon(1e-4));
+        Catch::Approx(surface["figures"]["volume"].get<double>()).epsilon(1e-4));
 }
 
 TEST_CASE("a print has the size and the walls that were asked for") {
@@ -106,7 +107,7 @@ TEST_CASE("a print has the size and the walls that were asked for") {
   const json info = made({"info", stl, "--printable", "--min-wall", "0.8"});
   CHECK(info["printable"]["ready"] == true);
   const json& box = info["box"];
-  CHECK(box[1][2].get<double>() - box[0][2].get<double>() == Approx(20).epsilon(1e-6));
+  CHECK(box[1][2].get<double>() - box[0][2].get<double>() == Catch::Approx(20).epsilon(1e-6));
 
   const std::string ply = folder / "longest.ply";
   const json longest = made({"surface", map, "-o", ply, "--resolution", "32", "--longest", "50",
@@ -117,7 +118,7 @@ TEST_CASE("a print has the size and the walls that were asked for") {
   for (int axis = 0; axis < 3; ++axis) {
     side = std::max(side, sides[1][axis].get<double>() - sides[0][axis].get<double>());
   }
-  CHECK(side == Approx(50).epsilon(1e-6));
+  CHECK(side == Catch::Approx(50).epsilon(1e-6));
 }
 
 TEST_CASE("sizes and walls that contradict each other are refused") {
@@ -128,7 +129,7 @@ TEST_CASE("sizes and walls that contradict each other are refused") {
     all.insert(all.end(), options.begin(), options.end());
     const auto result = run_command(all);
     CHECK(result.exit_code == 2);
-    CHECK_THAT(result.err, Contains(text));
+    CHECK_THAT(result.err, ContainsSubstring(text));
   };
   refused({"--height", "20", "--longest", "20"}, "--longest");
   refused({"--height", "20", "--millimetres", "20"}, "--millimetres");
@@ -151,7 +152,7 @@ TEST_CASE("parts are left out by size, and every format holds the same mesh") {
       CHECK(other[key] == all[key]);
     }
     CHECK(other["figures"]["area"].get<double>() ==
-          Approx(all["figures"]["area"].get<double>()).epsilon(1e-5));
+          Catch::Approx(all["figures"]["area"].get<double>()).epsilon(1e-5));
     CHECK(made({"info", folder / name})["triangles"] == all["triangles"]);
   }
   const json info = made({"info", folder / "all.ply"});

@@ -1,13 +1,13 @@
 /// `qjulia profile compare`, as a gate sees it: exit codes, words and refusals.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "process.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using namespace qjulia::test;
 
@@ -49,23 +49,27 @@ TEST_CASE("a comparison of profiles ends with the code of what it found") {
   const ProcessResult faster = compared(made_up(0.9), {"--json"});
   CHECK(faster.exit_code == 0);
   CHECK(json::parse(faster.out)["verdict"] == "faster");
-  CHECK(json::parse(faster.out)["kernels"][0]["ratio"].get<double>() == Approx(0.9).epsilon(0.01));
+  CHECK(json::parse(faster.out)["kernels"][0]["ratio"].get<double>() ==
+        Catch::Approx(0.9).epsilon(0.01));
   const ProcessResult slower = compared(made_up(1.05));
   CHECK(slower.exit_code == 1);
-  CHECK_THAT(slower.out, Contains("energy") && Contains("1.050") && Contains("slower"));
+  CHECK_THAT(slower.out, ContainsSubstring("energy") && ContainsSubstring("1.050") &&
+                             ContainsSubstring("slower"));
   const ProcessResult busy = compared(made_up(1.3, 0.4));
   CHECK(busy.exit_code == 4);
-  CHECK_THAT(busy.err, Contains("the machine was busy") && Contains("while NEW was measured"));
+  CHECK_THAT(busy.err, ContainsSubstring("the machine was busy") &&
+                           ContainsSubstring("while NEW was measured"));
 
   json other = made_up(1);
   other["device"]["driver"] = "2";
   other["layout"] = "gpu";
   const ProcessResult refused = compared(other);
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("driver: 1 in OLD, 2 in NEW") && Contains("layout"));
+  CHECK_THAT(refused.err,
+             ContainsSubstring("driver: 1 in OLD, 2 in NEW") && ContainsSubstring("layout"));
   const ProcessResult shown = compared(other, {"--across-devices"});
   CHECK(shown.exit_code == 0);
-  CHECK_THAT(shown.err, Contains("differs: driver: 1 in OLD, 2 in NEW"));
+  CHECK_THAT(shown.err, ContainsSubstring("differs: driver: 1 in OLD, 2 in NEW"));
 }
 
 TEST_CASE("a comparison of profiles refuses what it has no use for") {
@@ -78,7 +82,7 @@ TEST_CASE("a comparison of profiles refuses what it has no use for") {
     const ProcessResult result = run_command(all);
     CAPTURE(result.err);
     CHECK(result.exit_code == 2);
-    CHECK_THAT(result.err, Contains(why));
+    CHECK_THAT(result.err, ContainsSubstring(why));
   };
   refused({"contrast", good, good}, "'compare' and two profiles");
   refused({"compare"}, "needs two files");
@@ -103,11 +107,11 @@ TEST_CASE("a build that cannot be profiled ends --against with its own exit code
   for (const int code : {1, 2, 3}) {
     const ProcessResult found = against(code);
     CHECK(found.exit_code == code);
-    CHECK_THAT(found.err, Contains("it failed"));
+    CHECK_THAT(found.err, ContainsSubstring("it failed"));
   }
   CHECK(against(7).exit_code == 2);
   CHECK(against(130).exit_code == 130);
   const ProcessResult silent = against(0);
   CHECK(silent.exit_code == 2);
-  CHECK_THAT(silent.err, Contains("printed no profile"));
+  CHECK_THAT(silent.err, ContainsSubstring("printed no profile"));
 }

@@ -1,7 +1,7 @@
 /// qjulia shape, and what it never does: overwrite an input, leave half a map, lose the shape
 /// without a word.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using namespace qjulia::test;
 using Arguments = std::vector<std::string>;
@@ -46,7 +46,7 @@ struct ShapeFiles {
     const ProcessResult result = run_command(arguments);
     CAPTURE(arguments, result.err);
     CHECK(result.exit_code == exit_code);
-    CHECK_THAT(result.err, Contains(word));
+    CHECK_THAT(result.err, ContainsSubstring(word));
     CHECK(contents() == before);
   }
 };
@@ -104,7 +104,7 @@ TEST_CASE("a shape's map goes into what is no regular file") {
   CHECK(std::filesystem::is_character_file("/dev/null"));
   const ProcessResult full = run_command(bench.shape(bench.mesh, "/dev/full"));
   CHECK(full.exit_code == 1);
-  CHECK_THAT(full.err, Contains("cannot write '/dev/full'"));
+  CHECK_THAT(full.err, ContainsSubstring("cannot write '/dev/full'"));
   const ProcessResult piped = run_command(bench.shape(bench.mesh, "/dev/stdout"));
   CHECK(json::parse(piped.out)["format"] == "qjulia-map");
 }
@@ -118,7 +118,7 @@ TEST_CASE("a shape that is stopped leaves the map that was there") {
   CAPTURE(result.err);
   REQUIRE(result.interrupted);
   CHECK(result.exit_code == 130);
-  CHECK_THAT(result.err, Contains("nothing was written"));
+  CHECK_THAT(result.err, ContainsSubstring("nothing was written"));
   CHECK(read_text(map) == "of an earlier run\n");
   CHECK(bench.folder.names().size() == 3);
 }
@@ -138,7 +138,7 @@ TEST_CASE("meshes that make no shape are refused, and thin ones are told") {
   const ProcessResult told = run_command(bench.shape(bench.file("plate.obj", plate(0.05)), map));
   CAPTURE(told.err);
   CHECK(told.exit_code == 0);
-  CHECK_THAT(told.err, Contains("warning: ") && Contains("--resolution"));
+  CHECK_THAT(told.err, ContainsSubstring("warning: ") && ContainsSubstring("--resolution"));
 }
 
 TEST_CASE("a set too thin for its grid asks for more cells, and an empty one for less detail") {
@@ -156,8 +156,9 @@ TEST_CASE("a set too thin for its grid asks for more cells, and an empty one for
   const ProcessResult told = run_command(compare);
   CAPTURE(told.out, told.err);
   CHECK(told.exit_code == 0);
-  CHECK_THAT(told.out, !Contains("nan") && Contains("undefined at n = 6: no cell's centre") &&
-                           Contains("higher resolution"));
+  CHECK_THAT(told.out, !ContainsSubstring("nan") &&
+                           ContainsSubstring("undefined at n = 6: no cell's centre") &&
+                           ContainsSubstring("higher resolution"));
   Arguments as_json = compare;
   as_json.emplace_back("--json");
   const ProcessResult result = run_command(as_json);
@@ -166,7 +167,7 @@ TEST_CASE("a set too thin for its grid asks for more cells, and an empty one for
   for (const auto& m : metrics) {
     CHECK(m["iou"].is_null());
     CHECK(m["energy"].is_null());
-    CHECK_THAT(m["undefined"].get<std::string>(), Contains("higher resolution"));
+    CHECK_THAT(m["undefined"].get<std::string>(), ContainsSubstring("higher resolution"));
   }
 }
 
@@ -195,22 +196,22 @@ TEST_CASE("a body that is inside out beside another is turned, with a warning, a
   };
   const json info = figures(wrong);
   CHECK(info["figures"]["volume"].get<double>() ==
-        Approx(figures(right)["figures"]["volume"].get<double>()));
+        Catch::Approx(figures(right)["figures"]["volume"].get<double>()));
   CHECK(info["turned_parts"] == 1);
-  CHECK_THAT(info["warnings"].dump(), Contains(warning));
+  CHECK_THAT(info["warnings"].dump(), ContainsSubstring(warning));
 
   const std::string map = files.folder / "wrong.json", expected = files.folder / "right.json";
   const ProcessResult made = run_command(files.shape(wrong, map));
   REQUIRE(made.exit_code == 0);
-  CHECK_THAT(made.err, Contains(warning));
+  CHECK_THAT(made.err, ContainsSubstring(warning));
   REQUIRE(run_command(files.shape(right, expected)).exit_code == 0);
   CHECK(json::parse(read_text(map))["distance"] == json::parse(read_text(expected))["distance"]);
 
   const ProcessResult compared = run_command({"compare", expected, wrong, "--resolution", "32"});
   CHECK(compared.exit_code == 0);
-  CHECK_THAT(compared.err, Contains(warning));
+  CHECK_THAT(compared.err, ContainsSubstring(warning));
   const ProcessResult fitted = run_command(
       {"fit", wrong, "-o", files.folder / "fit.json", "--factors", "8", "--max-evaluations", "2"});
   CHECK(fitted.exit_code == 0);
-  CHECK_THAT(fitted.err, Contains(warning) && !Contains("overlap"));
+  CHECK_THAT(fitted.err, ContainsSubstring(warning) && !ContainsSubstring("overlap"));
 }

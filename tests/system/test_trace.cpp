@@ -1,7 +1,7 @@
 /// --trace: what ran when, of whole commands.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -11,7 +11,7 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using namespace qjulia::test;
 
@@ -107,7 +107,7 @@ TEST_CASE("a fit's trace has its stages and kernels, nested within the whole") {
   }
   const KernelTotals sum = told(fit.finished.err);
   CHECK(sum.launches == fit.kernels.size());
-  CHECK(seconds == Approx(sum.seconds).margin(0.0006 * static_cast<double>(sum.lines)));
+  CHECK(seconds == Catch::Approx(sum.seconds).margin(0.0006 * static_cast<double>(sum.lines)));
   // Energies of the minimiser ran while it minimised.
   const json minimise = fit.stage("minimise");
   CHECK(std::ranges::count_if(fit.kernels, [&](const json& event) {
@@ -138,7 +138,7 @@ TEST_CASE("other commands leave traces too, and one that cannot be written is to
   CHECK(run_command({"surface", fit.map, "-o", surface, "--resolution", "24", "--device", "cpu",
                      "--trace", trace})
             .exit_code == 0);
-  CHECK_THAT(read_text(trace), Contains("level_set"));
+  CHECK_THAT(read_text(trace), ContainsSubstring("level_set"));
   const auto check_stages = [&](const std::vector<std::string>& names, const std::string& parent) {
     const json whole = json::parse(read_text(trace));
     std::vector<json> stages;
@@ -173,6 +173,6 @@ TEST_CASE("other commands leave traces too, and one that cannot be written is to
   const ProcessResult refused = run_command(
       {"surface", fit.map, "-o", none, "--device", "cpu", "--trace", fit.folder / "no/trace.json"});
   CHECK(refused.exit_code == 1);
-  CHECK_THAT(refused.err, Contains("no/trace.json"));
+  CHECK_THAT(refused.err, ContainsSubstring("no/trace.json"));
   CHECK_FALSE(std::filesystem::exists(none));
 }

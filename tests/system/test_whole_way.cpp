@@ -1,6 +1,6 @@
 /// From a mesh to its map, surface, picture and figures.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using nlohmann::json;
 using namespace qjulia::test;
 using Arguments = std::vector<std::string>;
@@ -114,7 +114,8 @@ TEST_CASE("a time limit ends a fit with a map") {
   INFO(result.err);
   CHECK(result.exit_code == 0);
   CHECK(json::parse(result.out)["stopped"] == "time_limit");
-  CHECK_THAT(result.err, Contains("before it could settle") || Contains("before its first"));
+  CHECK_THAT(result.err,
+             ContainsSubstring("before it could settle") || ContainsSubstring("before its first"));
   CHECK(run_command({"info", map}).exit_code == 0);
 }
 
@@ -134,8 +135,8 @@ TEST_CASE("a map becomes a closed surface in the shape's own place") {
   // The torus spans 2.9 x 2.9 x 0.9 about the origin.
   for (int axis = 0; axis < 3; ++axis) {
     const double half = axis == 2 ? 0.45 : 1.45;
-    CHECK(mesh["box"][0][axis].get<double>() == Approx(-half).margin(0.15));
-    CHECK(mesh["box"][1][axis].get<double>() == Approx(half).margin(0.15));
+    CHECK(mesh["box"][0][axis].get<double>() == Catch::Approx(-half).margin(0.15));
+    CHECK(mesh["box"][1][axis].get<double>() == Catch::Approx(half).margin(0.15));
   }
 }
 
@@ -149,9 +150,10 @@ TEST_CASE("a map keeps how its shape stands, and what is made of it stands so") 
   const auto fit = run_command(fitted().fit_to(hanging, {"--up", "-x"}));
   INFO(fit.err);
   REQUIRE(fit.exit_code == 0);
-  CHECK_THAT(fit.out + fit.err, Contains("up: -x\n"));
+  CHECK_THAT(fit.out + fit.err, ContainsSubstring("up: -x\n"));
   CHECK(json::parse(read_text(hanging))["up"] == "-x");
-  CHECK_THAT(run_command({"info", hanging, "--device", "cpu"}).out, Contains("\nup            -x"));
+  CHECK_THAT(run_command({"info", hanging, "--device", "cpu"}).out,
+             ContainsSubstring("\nup            -x"));
   CHECK(json::parse(run_command({"info", fitted().mesh, "--json", "--device", "cpu"}).out)["up"] ==
         "z");
 
@@ -222,7 +224,7 @@ TEST_CASE("a sweep gives a sheet and a numbered picture for each value") {
   REQUIRE(result.exit_code == 0);
   const json values = json::parse(result.out)["made_with"]["sweep"]["values"];
   REQUIRE(values.size() == 3);
-  CHECK(values[1].get<double>() == Approx(0.015));
+  CHECK(values[1].get<double>() == Catch::Approx(0.015));
   const qjulia::Image first = qjulia::test::read_png(folder / "sheet_001.png");
   CHECK(first.width == 40);
   CHECK(first.height == 30);
@@ -256,7 +258,7 @@ TEST_CASE("compare gives figures at n = 1 and at n") {
   CHECK(metrics[0]["iterations"] == 1);
   CHECK(metrics[1]["iterations"] == 4);
   CHECK(metrics[0]["iou"].get<double>() > 0.6);
-  CHECK_THAT(run_command(arguments).out, Contains("IoU"));
+  CHECK_THAT(run_command(arguments).out, ContainsSubstring("IoU"));
 }
 
 TEST_CASE("info tells a map's shell and a mesh's faults") {
@@ -265,9 +267,9 @@ TEST_CASE("info tells a map's shell and a mesh's faults") {
   const json json_map = json::parse(map.out);
   CHECK(json_map["type"] == "map");
   const auto detail = json_map["detail"].get<double>();  // what `auto` gives this torus
-  CHECK(detail == Approx(0.0087).epsilon(0.05));
+  CHECK(detail == Catch::Approx(0.0087).epsilon(0.05));
   CHECK(json_map["shell_thickness"].get<double>() ==
-        Approx(detail * std::sqrt(2 * 2.9 * 2.9 + 0.9 * 0.9)).epsilon(0.01));
+        Catch::Approx(detail * std::sqrt(2 * 2.9 * 2.9 + 0.9 * 0.9)).epsilon(0.01));
   CHECK(json_map["outer_radius"].get<double>() > 1.5);
   CHECK(json_map["outer_radius"].get<double>() < 4);
   CHECK(json_map["field_at_origin"].get<double>() < json_map["surface_level"].get<double>());
@@ -280,7 +282,7 @@ TEST_CASE("info tells a map's shell and a mesh's faults") {
   CHECK(check["different"].get<double>() < 0.005 * check["points"].get<double>());
   const auto torus = run_command({"info", fitted().mesh, "--json"});
   REQUIRE(torus.exit_code == 0);
-  CHECK(json::parse(torus.out)["inradius"].get<double>() == Approx(0.45).epsilon(0.05));
+  CHECK(json::parse(torus.out)["inradius"].get<double>() == Catch::Approx(0.45).epsilon(0.05));
   const TemporaryFolder folder;
   const auto open = run_command(
       {"info", folder.file("open.obj", qjulia::test::obj_text(qjulia::shapes::open_box())),
@@ -295,7 +297,7 @@ TEST_CASE("--quiet is silent, and a result still goes to standard output") {
       {"compare", fitted().map, fitted().mesh, "--resolution", "16", "--device", "cpu", "--quiet"});
   CHECK(quiet.exit_code == 0);
   CHECK(quiet.err.empty());
-  CHECK_THAT(quiet.out, Contains("IoU"));
+  CHECK_THAT(quiet.out, ContainsSubstring("IoU"));
 }
 
 TEST_CASE("a fit that was killed is resumed to the same map, and a finished one is left alone") {
@@ -320,7 +322,7 @@ TEST_CASE("a fit that was killed is resumed to the same map, and a finished one 
   other[5] = "25";
   const auto refused = run_command(other);
   CHECK(refused.exit_code == 2);
-  CHECK_THAT(refused.err, Contains("broken.qjulia.json.checkpoint"));
+  CHECK_THAT(refused.err, ContainsSubstring("broken.qjulia.json.checkpoint"));
 
   REQUIRE(run_command(fit_to(broken, {"--resume"})).exit_code == 0);
   CHECK(without_provenance(broken) == without_provenance(whole));
@@ -329,6 +331,6 @@ TEST_CASE("a fit that was killed is resumed to the same map, and a finished one 
   const auto time = std::filesystem::last_write_time(broken);
   const auto again = run_command(fit_to(broken, {"--resume"}));
   CHECK(again.exit_code == 0);
-  CHECK_THAT(again.err, Contains("is finished"));
+  CHECK_THAT(again.err, ContainsSubstring("is finished"));
   CHECK(std::filesystem::last_write_time(broken) == time);
 }

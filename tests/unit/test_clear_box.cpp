@@ -1,6 +1,6 @@
 // The box in which a set is meshed, found on fields that are known.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <stop_token>
 
 #include "qjulia/error.hpp"
@@ -36,7 +36,7 @@ constexpr double kFar = 100;
 TEST_CASE("a grid covers its box, centred on it") {
   const Box box{{-1, 0, 2}, {2, 1.5, 3}};
   const surface::Grid grid = surface::grid_over(box, 30);
-  CHECK(grid.step == Approx(0.1));
+  CHECK(grid.step == Catch::Approx(0.1));
   // Sides of 30, 15 and 10 whole cells.
   CHECK(grid.points == Eigen::Vector3i(31, 16, 11));
   const surface::Grid coarse = surface::grid_over(box, 7);

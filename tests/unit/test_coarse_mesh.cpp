@@ -1,6 +1,6 @@
 // Coarse meshes in place of large ones.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <stop_token>
 
 #include "qjulia/error.hpp"
@@ -16,7 +16,7 @@ TEST_CASE("a coarse mesh has the shape, and about as many triangles as it may") 
     CHECK(coarse.triangles.size() <= 5000);
     CHECK(coarse.triangles.size() >= 2000);
     CHECK(inspect(coarse).open_edges == 0);
-    CHECK(signed_volume(coarse) == Approx(signed_volume(mesh)).epsilon(0.02));
+    CHECK(signed_volume(coarse) == Catch::Approx(signed_volume(mesh)).epsilon(0.02));
     CHECK(cell < 0.05 * mesh.box().size().maxCoeff());
     CHECK_NOTHROW(coarse.validate());
   }

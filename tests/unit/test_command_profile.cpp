@@ -1,6 +1,6 @@
 /// A command's profile, of a trace made up: what its kernels and stages took, and of which limit.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <nlohmann/json.hpp>
 
 #include "profile/jobs.hpp"
@@ -8,7 +8,7 @@
 
 using namespace qjulia;
 using namespace std::chrono_literals;
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -41,23 +41,23 @@ TEST_CASE("a command's profile has each kernel's time, share and limit") {
   const KernelShare& energy = profile.kernels[0];
   CHECK(energy.kernel == "energy_terms");
   CHECK(energy.launches == 2);
-  CHECK(energy.seconds == Approx(0.3));
-  CHECK(energy.share == Approx(0.3 / 0.45));
+  CHECK(energy.seconds == Catch::Approx(0.3));
+  CHECK(energy.share == Catch::Approx(0.3 / 0.45));
   CHECK(energy.limit == "fma");
-  CHECK(*energy.share_of_limit == Approx(3e9 / 2e10 / 0.3));
+  CHECK(*energy.share_of_limit == Catch::Approx(3e9 / 2e10 / 0.3));
   CHECK(profile.kernels[1].limit == "memory");
-  CHECK(*profile.kernels[1].share_of_limit == Approx(2e8 / 1e10 / 0.1));
+  CHECK(*profile.kernels[1].share_of_limit == Catch::Approx(2e8 / 1e10 / 0.1));
   CHECK(profile.kernels[2].limit.empty());
-  CHECK_THAT(to_text(profile), Contains("<50.0 % fma"));
+  CHECK_THAT(to_text(profile), ContainsSubstring("<50.0 % fma"));
 }
 
 TEST_CASE("kernels that run beside each other are the device's time once") {
   const CommandProfile profile = made_up();
-  CHECK(profile.device_seconds == Approx(0.2 + 0.05 + 0.1 + 0.05));
+  CHECK(profile.device_seconds == Catch::Approx(0.2 + 0.05 + 0.1 + 0.05));
   REQUIRE(profile.stages.size() == 2);
   CHECK(profile.stages[1].stage == "minimise");
-  CHECK(profile.stages[1].device_seconds == Approx(0.25 + 0.05));
-  CHECK(to_json(profile)["host_seconds"].get<double>() == Approx(0.6));
+  CHECK(profile.stages[1].device_seconds == Catch::Approx(0.25 + 0.05));
+  CHECK(to_json(profile)["host_seconds"].get<double>() == Catch::Approx(0.6));
 }
 
 TEST_CASE("patterns choose kernels by name") {

@@ -1,7 +1,7 @@
 // Changing the shell without changing the shape; details by words.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 
@@ -43,11 +43,11 @@ TEST_CASE("another detail scales F_1 about the surface level, which stays") {
   const auto after = reference::field(thin, points(), 1, 1e9);
   for (std::size_t i = 0; i < before.size(); ++i) {
     // F − L is four times as large everywhere: zero, the surface, where it was zero.
-    CHECK(after[i] - 0.37 == Approx(4 * (before[i] - 0.37)).margin(1e-11));
+    CHECK(after[i] - 0.37 == Catch::Approx(4 * (before[i] - 0.37)).margin(1e-11));
   }
   const Map back = with_detail(thin, 0.02);
-  CHECK(back.dynamics.log_scale == Approx(map.dynamics.log_scale));
-  CHECK(back.dynamics.degree() == Approx(map.dynamics.degree()));
+  CHECK(back.dynamics.log_scale == Catch::Approx(map.dynamics.log_scale));
+  CHECK(back.dynamics.degree() == Catch::Approx(map.dynamics.degree()));
 }
 
 TEST_CASE("a phase changes the iterates and keeps F_1") {
@@ -61,14 +61,14 @@ TEST_CASE("a phase changes the iterates and keeps F_1") {
 TEST_CASE("details that cannot be are refused, and the message says what can") {
   const Map map = map_with_detail();
   CHECK_THROWS_WITH(with_detail(map, 0.02 * map.dynamics.degree() * 1.01),
-                    Catch::Contains("use less than"));
+                    Catch::Matchers::ContainsSubstring("use less than"));
   CHECK_NOTHROW(with_detail(map, 0.02 * map.dynamics.degree() * 0.99));
   CHECK_THROWS_AS(with_detail(map, 0), InputError);
   CHECK_THROWS_AS(with_detail(map, -1), InputError);
   CHECK_THROWS_AS(with_detail(map, std::nan("")), InputError);
   Map unknown = map;
   unknown.frame.detail.reset();
-  CHECK_THROWS_WITH(with_detail(unknown, 0.02), Catch::Contains("detail"));
+  CHECK_THROWS_WITH(with_detail(unknown, 0.02), Catch::Matchers::ContainsSubstring("detail"));
 }
 
 /// ∫ A (1 − A) d ln r by random directions, for a shape that every ray from the origin leaves once.
@@ -101,10 +101,10 @@ TEST_CASE("the spread of a shape's radii is that of rays to its surface, in any 
     return least;
   };
   const RadialSpread spread = radial_spread(shapes::box(-half, half), off);
-  CHECK(spread.of_log_radii == Approx(spread_by_rays(to_wall)).epsilon(0.02));
-  CHECK(spread.longest_side == Approx(4 / std::sqrt(4 + 1 + 16.0)));
+  CHECK(spread.of_log_radii == Catch::Approx(spread_by_rays(to_wall)).epsilon(0.02));
+  CHECK(spread.longest_side == Catch::Approx(4 / std::sqrt(4 + 1 + 16.0)));
   CHECK(radial_spread(shapes::box(-1e-3 * half, 1e-3 * half), 1e-3 * off).of_log_radii ==
-        Approx(spread.of_log_radii));
+        Catch::Approx(spread.of_log_radii));
   CHECK_THROWS_AS(radial_spread(shapes::sphere(3), Eigen::Vector3d(5, 0, 0)), InputError);
 }
 
@@ -112,15 +112,15 @@ TEST_CASE("words give shapes with even radii more, and keep their order") {
   const auto detail = [](DetailWord word, double spread) {
     return chosen_detail(word, {spread, 0.8}, kFittedRule);
   };
-  CHECK(detail(DetailWord::automatic, 0) == Approx(0.03));
-  CHECK(detail(DetailWord::automatic, 0.1) == Approx(0.48 / 256 * 0.8 / std::pow(0.1, 1.2)));
+  CHECK(detail(DetailWord::automatic, 0) == Catch::Approx(0.03));
+  CHECK(detail(DetailWord::automatic, 0.1) == Catch::Approx(0.48 / 256 * 0.8 / std::pow(0.1, 1.2)));
   CHECK(chosen_detail(DetailWord::automatic, {0.2, 0.8}, kExactRule) ==
-        Approx(0.35 / 256 * 0.8 / 0.2));
+        Catch::Approx(0.35 / 256 * 0.8 / 0.2));
   for (const double spread : {0.0, 0.1, 1.0}) {
     const double automatic = detail(DetailWord::automatic, spread);
-    CHECK(detail(DetailWord::smooth, spread) == Approx(automatic / 8));
-    CHECK(detail(DetailWord::clear, spread) == Approx(automatic / 2));
-    CHECK(detail(DetailWord::wild, spread) == Approx(2 * automatic));
+    CHECK(detail(DetailWord::smooth, spread) == Catch::Approx(automatic / 8));
+    CHECK(detail(DetailWord::clear, spread) == Catch::Approx(automatic / 2));
+    CHECK(detail(DetailWord::wild, spread) == Catch::Approx(2 * automatic));
   }
   CHECK(chosen_detail(0.037, {1, 1}, kFittedRule) == 0.037);
 }

@@ -1,6 +1,6 @@
 // Grids of signed distance: their splines, and the map files that hold them.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -113,7 +113,8 @@ TEST_CASE("a coarse grid, whose ends are near the surface, is right up to them")
 TEST_CASE("coefficients of all cells are both splines together") {
   const Map map = test::distance_map();
   for (const auto& x : some_points(60)) {
-    CHECK(expanded_distance(modulus_of(map), x) == Approx(reference_distance(map, x)).margin(1e-5));
+    CHECK(expanded_distance(modulus_of(map), x) ==
+          Catch::Approx(reference_distance(map, x)).margin(1e-5));
   }
 }
 
@@ -200,15 +201,16 @@ TEST_CASE("grids that are wrong are refused by name") {
   json text = to_json(test::distance_map());
   text["distance"][wrong.key] = wrong.value;
   CAPTURE(wrong.key, wrong.value);
-  CHECK_THAT(refusal(text), Catch::Contains(wrong.named) && Catch::Contains("distance"));
+  CHECK_THAT(refusal(text), Catch::Matchers::ContainsSubstring(wrong.named) &&
+                                Catch::Matchers::ContainsSubstring("distance"));
   text = to_json(test::distance_map());
   text["distance"].erase("step");
-  CHECK_THAT(refusal(text), Catch::Contains("distance.step"));
+  CHECK_THAT(refusal(text), Catch::Matchers::ContainsSubstring("distance.step"));
   text = to_json(test::distance_map());
   text["version"] = 1;
-  CHECK_THAT(refusal(text), Catch::Contains("version 2"));
+  CHECK_THAT(refusal(text), Catch::Matchers::ContainsSubstring("version 2"));
   text["version"] = 3;
-  CHECK_THAT(refusal(text), Catch::Contains("version"));
+  CHECK_THAT(refusal(text), Catch::Matchers::ContainsSubstring("version"));
 }
 
 TEST_CASE("data that is longer or shorter than its cells need is refused, and is not unpacked") {
@@ -216,12 +218,12 @@ TEST_CASE("data that is longer or shorter than its cells need is refused, and is
   const auto bytes = base::from_base64(text["distance"]["data"].get<std::string>());
   REQUIRE(bytes);
   text["distance"]["data"] = base::base64(bytes->substr(0, bytes->size() / 2));
-  CHECK_THAT(refusal(text), Catch::Contains("zlib"));
+  CHECK_THAT(refusal(text), Catch::Matchers::ContainsSubstring("zlib"));
   text["distance"]["data"] = base::base64(*bytes + "more");
-  CHECK_THAT(refusal(text), Catch::Contains("zlib"));
+  CHECK_THAT(refusal(text), Catch::Matchers::ContainsSubstring("zlib"));
   // 256 MiB of zeros in 256 KiB.
   text["distance"]["data"] = base::base64(base::deflated(std::string(std::size_t{1} << 28U, '\0')));
-  CHECK_THAT(refusal(text), Catch::Contains("zlib"));
+  CHECK_THAT(refusal(text), Catch::Matchers::ContainsSubstring("zlib"));
 }
 
 TEST_CASE("a grid's parts must fit together, with the inside clear of its ends") {
@@ -230,7 +232,7 @@ TEST_CASE("a grid's parts must fit together, with the inside clear of its ends")
   const auto refused = [&](const auto& change, const char* named) {
     DistanceGridData data = good;
     change(data);
-    CHECK_THROWS_WITH(DistanceGrid(data), Catch::Contains(named));
+    CHECK_THROWS_WITH(DistanceGrid(data), Catch::Matchers::ContainsSubstring(named));
   };
   refused([](DistanceGridData& d) { d.cells[1] += 2; }, "cells");
   refused([](DistanceGridData& d) { d.coarse.pop_back(); }, "coarse");

@@ -1,7 +1,7 @@
 // Figures of surfaces that are known, and meshes written piece by piece.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -36,11 +36,12 @@ std::vector<Eigen::Vector3d> radial(const TriangleMesh& mesh) {
 TEST_CASE("area, volume and components of two spheres") {
   const SurfaceFigures figures = measure(two_spheres());
   CHECK(figures.components == 2);
-  CHECK(figures.area == Approx(test::surface_area(two_spheres())).epsilon(1e-5));
-  CHECK(figures.volume == Approx(test::enclosed_volume(two_spheres())).epsilon(1e-5));
+  CHECK(figures.area == Catch::Approx(test::surface_area(two_spheres())).epsilon(1e-5));
+  CHECK(figures.volume == Catch::Approx(test::enclosed_volume(two_spheres())).epsilon(1e-5));
   const TriangleMesh far = shapes::moved(shapes::box(), 1, {1e4, 0, 0});
-  CHECK(measure(far).volume == Approx(8).epsilon(1e-3));
-  CHECK(to_json(figures)["area_per_volume"].get<double>() == Approx(figures.area / figures.volume));
+  CHECK(measure(far).volume == Catch::Approx(8).epsilon(1e-3));
+  CHECK(to_json(figures)["area_per_volume"].get<double>() ==
+        Catch::Approx(figures.area / figures.volume));
 }
 
 TEST_CASE("figures do not depend on the pieces a mesh comes in") {
@@ -54,8 +55,8 @@ TEST_CASE("figures do not depend on the pieces a mesh comes in") {
     const std::size_t count = std::min<std::size_t>(7, mesh.vertices.size() - i);
     sink.vertices(std::span(mesh.vertices).subspan(i, count), std::span(normals).subspan(i, count));
   }
-  CHECK(sink.figures().area == Approx(whole.area).epsilon(1e-9));
-  CHECK(sink.figures().volume == Approx(whole.volume).epsilon(1e-9));
+  CHECK(sink.figures().area == Catch::Approx(whole.area).epsilon(1e-9));
+  CHECK(sink.figures().volume == Catch::Approx(whole.volume).epsilon(1e-9));
   CHECK(sink.figures().components == 2);
 }
 
@@ -76,11 +77,11 @@ TEST_CASE("box dimensions of sets that have one") {
   }
   const BoxDimension one = box_dimension(line, 1.0 / 600);
   CHECK(one.sizes == 7);
-  CHECK(one.dimension == Approx(1).epsilon(0.01));
+  CHECK(one.dimension == Catch::Approx(1).epsilon(0.01));
   CHECK(one.error < 0.01);
-  CHECK(box_dimension(square, 1.0 / 300).dimension == Approx(2).epsilon(0.01));
+  CHECK(box_dimension(square, 1.0 / 300).dimension == Catch::Approx(2).epsilon(0.01));
   const BoxDimension sierpinski = box_dimension(dust, 1.0 / 600);
-  CHECK(sierpinski.dimension == Approx(std::log(3) / std::log(2)).epsilon(0.04));
+  CHECK(sierpinski.dimension == Catch::Approx(std::log(3) / std::log(2)).epsilon(0.04));
   CHECK(sierpinski.error < 0.05);
   CHECK(box_dimension(line, 0.2).sizes < 3);
   CHECK(std::isnan(box_dimension(line, 0.2).dimension));
@@ -93,17 +94,17 @@ TEST_CASE("figures do not depend on where a mesh is") {
     TriangleMesh far = here;
     for (auto& x : far.vertices) x += Eigen::Vector3d(3e6, -2e6, 1e6);
     const SurfaceFigures wanted = measure(here), figures = measure(far);
-    CHECK(figures.area == Approx(wanted.area).epsilon(1e-6));
-    CHECK(figures.volume == Approx(wanted.volume).epsilon(1e-6));
-    CHECK(figures.dimension == Approx(wanted.dimension).margin(0.02));
+    CHECK(figures.area == Catch::Approx(wanted.area).epsilon(1e-6));
+    CHECK(figures.volume == Catch::Approx(wanted.volume).epsilon(1e-6));
+    CHECK(figures.dimension == Catch::Approx(wanted.dimension).margin(0.02));
   }
 }
 
 TEST_CASE("smooth surfaces have dimension two, fine or coarse") {
-  CHECK(measure(shapes::sphere(6)).dimension == Approx(2).margin(0.06));
+  CHECK(measure(shapes::sphere(6)).dimension == Catch::Approx(2).margin(0.06));
   const SurfaceFigures box = measure(shapes::box());
   // Edges of a cube are in boxes of two sides: few large boxes, in proportion.
-  CHECK(box.dimension == Approx(2).margin(0.12));
+  CHECK(box.dimension == Catch::Approx(2).margin(0.12));
   CHECK(box.dimension_error < 0.05);
 }
 
@@ -128,9 +129,9 @@ TEST_CASE("flakes and bubbles are dropped, and bodies of a hundredth of the larg
   for (auto& v : mesh.vertices) v.x() += far;
   const LoosePieces dropped = drop_loose_pieces(mesh);
   CHECK(dropped.count == 2);
-  CHECK(dropped.volume == Approx(0.008 * ball - signed_volume(bubble)).epsilon(1e-6));
+  CHECK(dropped.volume == Catch::Approx(0.008 * ball - signed_volume(bubble)).epsilon(1e-6));
   CHECK(inspect(mesh).components == 2);
-  CHECK(signed_volume(mesh) == Approx((1 + 1.0 / 64) * ball).epsilon(1e-6));
+  CHECK(signed_volume(mesh) == Catch::Approx((1 + 1.0 / 64) * ball).epsilon(1e-6));
   CHECK(drop_loose_pieces(mesh).count == 0);
   TriangleMesh none;
   CHECK(drop_loose_pieces(none).count == 0);
@@ -201,9 +202,9 @@ TEST_CASE("parts are known and dropped in whatever order their triangles come") 
   CHECK(figures.components == 2);
   CHECK(figures.vertices == kept.vertices.size());
   CHECK(figures.triangles == kept.triangles.size());
-  CHECK(figures.area == Approx(wanted.area).epsilon(1e-9));
-  CHECK(figures.volume == Approx(wanted.volume).epsilon(1e-9));
-  CHECK(figures.volume == Approx(1.125 * signed_volume(shapes::sphere(3))).epsilon(1e-5));
+  CHECK(figures.area == Catch::Approx(wanted.area).epsilon(1e-9));
+  CHECK(figures.volume == Catch::Approx(wanted.volume).epsilon(1e-9));
+  CHECK(figures.volume == Catch::Approx(1.125 * signed_volume(shapes::sphere(3))).epsilon(1e-5));
   const TriangleMesh written = read_mesh(path);
   write_mesh(kept, path);
   CHECK((written.vertices == read_mesh(path).vertices));
@@ -226,8 +227,8 @@ TEST_CASE("a mesh of long and thin triangles has few points to count") {
     }
   }
   const SurfaceFigures figures = measure(prism);
-  CHECK(figures.dimension == Approx(2).margin(0.1));
-  CHECK(figures.volume == Approx(2 * std::numbers::pi).epsilon(1e-3));
+  CHECK(figures.dimension == Catch::Approx(2).margin(0.1));
+  CHECK(figures.volume == Catch::Approx(2 * std::numbers::pi).epsilon(1e-3));
 }
 
 TEST_CASE("a ply file written in pieces is the mesh") {

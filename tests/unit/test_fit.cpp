@@ -1,6 +1,6 @@
 // What a fit may spend, and what may be asked of it.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 #include <stop_token>
@@ -37,7 +37,7 @@ TEST_CASE("a budget is spent by evaluations, time or a stop request") {
   auto resumed = budget_of(100, limited);
   resumed.carry(30, 250);
   CHECK_FALSE(resumed.spent());
-  CHECK(resumed.time_left() == Approx(100).margin(1));
+  CHECK(resumed.time_left() == Catch::Approx(100).margin(1));
 
   std::stop_source source;
   auto interrupted = budget_of(100, {}, source.get_token());
@@ -102,7 +102,7 @@ TEST_CASE("fit options that make no sense are refused by name") {
   CHECK_NOTHROW(options.validate());
   options.schedule = "nonesuch";
   options.schedule_text = "evaluations = ";
-  CHECK_THROWS_WITH(options.validate(), Catch::Contains("schedule_text"));
+  CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring("schedule_text"));
   options.schedule_text = schedule_text("fast");
   CHECK_NOTHROW(options.validate());
   CHECK_NOTHROW(FitOptions{}.validate());

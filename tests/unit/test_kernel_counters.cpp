@@ -1,6 +1,6 @@
 // Counters of kernels: events from a made-up system, and what NVIDIA's assembler writes.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cerrno>
 #include <functional>
 #include <set>
@@ -10,7 +10,7 @@
 
 using namespace qjulia;
 using namespace qjulia::profiling;
-using Catch::Contains;
+using Catch::Matchers::ContainsSubstring;
 
 namespace {
 
@@ -50,7 +50,7 @@ std::string refused_with(int error, std::optional<int> paranoia) {
   const ProcessEvents events(std::make_unique<MadeUpCalls>(system));
   REQUIRE(events.refused().size() == 1);
   CHECK(events.is_empty());
-  CHECK_THAT(events.refused().front(), Contains("cycles, instructions, cache_misses"));
+  CHECK_THAT(events.refused().front(), ContainsSubstring("cycles, instructions, cache_misses"));
   return events.refused().front();
 }
 
@@ -70,10 +70,10 @@ TEST_CASE("events of all threads are added, and scaled where counters took turns
       system.values[file] = {thread == 100 ? 5'000'000U : 2'000'000U, 1000, counted};
     }
     const auto counts = events.between(before, events.read());
-    CHECK(counts.at("cycles") == Approx(4 * 7e6));
+    CHECK(counts.at("cycles") == Catch::Approx(4 * 7e6));
     CHECK_FALSE(counts.contains("instructions"));
-    CHECK(counts.at("cache_misses") == Approx(7e6));
-    CHECK(counts.at("cpu_seconds") == Approx(7e-3));
+    CHECK(counts.at("cache_misses") == Catch::Approx(7e6));
+    CHECK(counts.at("cpu_seconds") == Catch::Approx(7e-3));
     // Nothing happened since.
     CHECK(events.between(events.read(), events.read()).at("page_faults") == 0);
   }
@@ -87,16 +87,18 @@ TEST_CASE("a thread that has ended is passed over, an event that the processor l
   };
   const ProcessEvents events(std::make_unique<MadeUpCalls>(system));
   REQUIRE(events.refused().size() == 1);
-  CHECK_THAT(events.refused().front(),
-             Contains("stalled_frontend, stalled_backend: ") && Contains("virtual machines"));
+  CHECK_THAT(events.refused().front(), ContainsSubstring("stalled_frontend, stalled_backend: ") &&
+                                           ContainsSubstring("virtual machines"));
   CHECK(system.opened.size() == 5);
 }
 
 TEST_CASE("a refusal says what refuses and what helps") {
-  CHECK_THAT(refused_with(EACCES, 4), Contains("perf_event_paranoid is 4") && Contains("sysctl"));
-  CHECK_THAT(refused_with(EPERM, 2), Contains("containers") && Contains("PERFMON"));
-  CHECK_THAT(refused_with(ENOSYS, std::nullopt), Contains("no perf_event_open"));
-  CHECK_THAT(refused_with(EMFILE, 2), Contains("errno " + std::to_string(EMFILE)));
+  CHECK_THAT(refused_with(EACCES, 4),
+             ContainsSubstring("perf_event_paranoid is 4") && ContainsSubstring("sysctl"));
+  CHECK_THAT(refused_with(EPERM, 2),
+             ContainsSubstring("containers") && ContainsSubstring("PERFMON"));
+  CHECK_THAT(refused_with(ENOSYS, std::nullopt), ContainsSubstring("no perf_event_open"));
+  CHECK_THAT(refused_with(EMFILE, 2), ContainsSubstring("errno " + std::to_string(EMFILE)));
 }
 
 TEST_CASE("registers are read from the log of NVIDIA's assembler") {

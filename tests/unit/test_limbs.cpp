@@ -1,6 +1,6 @@
 // Limbs of solids built by hand.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <functional>
 #include <vector>
 

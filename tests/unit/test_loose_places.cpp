@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <functional>
 #include <numbers>
 
@@ -86,8 +86,8 @@ TEST_CASE("a small ball beside a large one is loose, and nothing of the large on
   const LoosePlaces places = found_in(together({large, small}));
   REQUIRE(places.pieces.count == 1);
   const double volume = 4.0 / 3 * std::numbers::pi * 0.008;
-  CHECK(places.pieces.volume == Approx(volume).epsilon(0.05));
-  CHECK(places.pieces.share == Approx(0.008 / 1.008).epsilon(0.05));
+  CHECK(places.pieces.volume == Catch::Approx(volume).epsilon(0.05));
+  CHECK(places.pieces.share == Catch::Approx(0.008 / 1.008).epsilon(0.05));
   const int cells = 160;
   const Grid fine = grid_of(cells);
   int missed = 0, taken = 0, held = 0;

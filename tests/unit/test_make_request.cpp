@@ -1,7 +1,7 @@
 // What pages ask to have made.
 
 #include <Eigen/Geometry>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "explore/maker.hpp"
 #include "explore/request.hpp"
@@ -42,19 +42,22 @@ TEST_CASE("drafts of all sizes have one studio, whole pictures one a size") {
 }
 
 TEST_CASE("what cannot be used is named, with what to give") {
-  using Catch::Contains;
+  using Catch::Matchers::ContainsSubstring;
   using explore::read_view;
-  CHECK_THROWS_WITH(read_view({{"size", "0x0"}}), Contains("size: give sides of 1 to 16384"));
-  CHECK_THROWS_WITH(read_view({{"size", "-1x-1"}}), Contains("size: give sides of 1 to 16384"));
+  CHECK_THROWS_WITH(read_view({{"size", "0x0"}}),
+                    ContainsSubstring("size: give sides of 1 to 16384"));
+  CHECK_THROWS_WITH(read_view({{"size", "-1x-1"}}),
+                    ContainsSubstring("size: give sides of 1 to 16384"));
   CHECK_THROWS_WITH(read_view({{"samples", "0"}}), "samples: give 1 to 4");
   for (const char* detail : {"1", "0.11", "0.00009", "0", "-1"}) {
     CHECK_THROWS_WITH(read_view({{"detail", detail}}),
-                      Contains("detail: ") && Contains("give 0.0001 to 0.1"));
+                      ContainsSubstring("detail: ") && ContainsSubstring("give 0.0001 to 0.1"));
   }
   CHECK(*read_view({{"detail", "0.1"}}).knobs.detail == 0.1);
   CHECK_THROWS_WITH(read_view({{"draft", "7"}}), "draft: '7' cannot be used; give 0 or 1");
   CHECK_THROWS_WITH(read_view({{"zoom", "far"}}), "zoom: 'far' cannot be used; give a number");
-  CHECK_THROWS_WITH(read_view({{"order-seed", "-1"}}), Contains("give a whole number that is not"));
+  CHECK_THROWS_WITH(read_view({{"order-seed", "-1"}}),
+                    ContainsSubstring("give a whole number that is not"));
   CHECK_THROWS_WITH(read_make({{"make", "ply"}, {"resolution", "x"}}),
                     "resolution: 'x' cannot be used; give a whole number");
 }
@@ -97,7 +100,7 @@ TEST_CASE("a mesh is cut along planes") {
     // Of each face, a triangle of area √3 / 2, what is above is a smaller one, or below.
     const double part = (1 - std::abs(most)) * (1 - std::abs(most));
     const double faces = most > 0 ? 8 - 4 * part : 4 * part;
-    CHECK(area == Approx(faces * std::sqrt(3) / 2));
+    CHECK(area == Catch::Approx(faces * std::sqrt(3) / 2));
   }
   CHECK(explore::cut_away(mesh, 0, 2).triangles.size() == mesh.triangles.size());
   CHECK(explore::cut_away(mesh, 0, -2).triangles.empty());

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -70,7 +70,7 @@ std::string refusal(const Folder& folder, const std::string& text) {
   try {
     read_map(path);
   } catch (const InputError& error) {
-    CHECK_THAT(error.what(), Catch::Contains(path.string()));
+    CHECK_THAT(error.what(), Catch::Matchers::ContainsSubstring(path.string()));
     return error.what();
   }
   return "accepted";
@@ -136,19 +136,21 @@ TEST_CASE("a steepness needs version 2, and no map without one does") {
   CHECK(read_map(folder / "a.json").layers.steepness == 2);
   json text = to_json(map);
   text["version"] = 1;
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"steepness\""));
+  CHECK_THAT(refusal(folder, text.dump()),
+             Catch::Matchers::ContainsSubstring("unknown key \"steepness\""));
   text["version"] = 2;
   text["tufts"] = text["steepness"];
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"tufts\""));
+  CHECK_THAT(refusal(folder, text.dump()),
+             Catch::Matchers::ContainsSubstring("unknown key \"tufts\""));
   text.erase("steepness");  // as files called it at first
   CHECK(map_from_json(text, "text").layers.steepness == 2);
   for (const double wrong : {0.5, -2.0, 101.0}) {
     text = to_json(map);
     text["steepness"] = wrong;
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("steepness"));
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("steepness"));
   }
   text["steepness"] = "2";
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("steepness"));
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("steepness"));
 }
 
 TEST_CASE("a map keeps how its shape stands, in version 2") {
@@ -167,11 +169,11 @@ TEST_CASE("a map keeps how its shape stands, in version 2") {
   json text = to_json(map);
   for (const json& wrong : {json("w"), json("auto"), json(""), json(1), json()}) {
     text["up"] = wrong;
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("\"up\""));
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("\"up\""));
   }
   text = to_json(map);
   text["version"] = 1;
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("\"up\""));
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("\"up\""));
 }
 
 TEST_CASE("portals make the way to a file and back, in version 2") {
@@ -188,7 +190,8 @@ TEST_CASE("portals make the way to a file and back, in version 2") {
   json text = to_json(map);
   CHECK_FALSE(text["portals"][1].contains("rotation"));
   text["version"] = 1;
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"portals\""));
+  CHECK_THAT(refusal(folder, text.dump()),
+             Catch::Matchers::ContainsSubstring("unknown key \"portals\""));
 }
 
 TEST_CASE("portals that no map can have are refused, and the key is named") {
@@ -204,7 +207,7 @@ TEST_CASE("portals that no map can have are refused, and the key is named") {
   const auto refused = [&](const char* pointer, const json& value, const char* part) {
     json text = to_json(map);
     text[json::json_pointer(pointer)] = value;
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(part));
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring(part));
   };
   refused("/portals/1/center", {1.4, 0, 0}, "portals[0] and portals[1] overlap");
   refused("/portals/0/center", {0.4, 0.1, 0}, "portals[0] holds the origin");
@@ -232,11 +235,12 @@ TEST_CASE("portals that no map can have are refused, and the key is named") {
   for (const char* key : {"center", "radius", "scale"}) {
     text = to_json(map);
     text["portals"][1].erase(key);
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("portals[1].{}", key)));
+    CHECK_THAT(refusal(folder, text.dump()),
+               Catch::Matchers::ContainsSubstring(fmt::format("portals[1].{}", key)));
   }
   text = to_json(map);
   for (int i = 0; i < 70; ++i) text["portals"].push_back(text["portals"][0]);
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("may have 64"));
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("may have 64"));
 }
 
 TEST_CASE("a portal with a number that is not finite is refused") {
@@ -247,7 +251,7 @@ TEST_CASE("a portal with a number that is not finite is refused") {
       map.layers.portals = {
           {{1, 0.1, -0.2}, 0.5, 4, {{1, 2, 3}, 30}, {0.1, 0, 0.2}, PortalMask::none}};
       vector_of(map.layers.portals[0])[axis] = kNone;
-      CHECK_THROWS_WITH(map.validate(), Catch::Contains(key));
+      CHECK_THROWS_WITH(map.validate(), Catch::Matchers::ContainsSubstring(key));
     };
     refused(
         [](Portal & p) -> auto& { return p.center; }, "portals[0].center");
@@ -272,7 +276,7 @@ TEST_CASE("a paint makes the way to a file and back, and what is wrong with it i
   const auto refused = [&](const char* key, const json& value, const char* part) {
     json text = to_json(map);
     text["paint"][key] = value;
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(part));
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring(part));
   };
   for (const json& wrong : {json{3, 4, 6}, json{5, 129, 6}, json{5, -4, 6}, json{100, 100, 100}}) {
     refused("cells", wrong, "\"cells\"");
@@ -289,11 +293,13 @@ TEST_CASE("a paint makes the way to a file and back, and what is wrong with it i
   refused("colour", 1, "unknown key \"paint.colour\"");
   json text = to_json(map);
   text["version"] = 1;
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("unknown key \"paint\""));
+  CHECK_THAT(refusal(folder, text.dump()),
+             Catch::Matchers::ContainsSubstring("unknown key \"paint\""));
   for (const char* key : {"cells", "origin", "step", "data"}) {
     text = to_json(map);
     text["paint"].erase(key);
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("paint.{}", key)));
+    CHECK_THAT(refusal(folder, text.dump()),
+               Catch::Matchers::ContainsSubstring(fmt::format("paint.{}", key)));
   }
 }
 
@@ -309,7 +315,7 @@ TEST_CASE("a noise makes the way to a file and back, and what is wrong with it i
   const auto refused = [&](const char* key, const json& value, const char* part) {
     json text = to_json(map);
     text["noise"][key] = value;
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(part));
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring(part));
   };
   for (const json& wrong : {json(0), json(9), json(-1), json(1.5), json("2")}) {
     refused("octaves", wrong, "noise.octaves");
@@ -326,11 +332,12 @@ TEST_CASE("a noise makes the way to a file and back, and what is wrong with it i
   refused("colour", 1, "unknown key \"noise.colour\"");
   json text = to_json(map);
   text["version"] = 1;
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("needs version 2"));
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("needs version 2"));
   for (const char* key : {"octaves", "scale", "seed", "values", "origin"}) {
     text = to_json(map);
     text["noise"].erase(key);
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("noise.{}", key)));
+    CHECK_THAT(refusal(folder, text.dump()),
+               Catch::Matchers::ContainsSubstring(fmt::format("noise.{}", key)));
   }
 }
 
@@ -352,13 +359,13 @@ TEST_CASE(
   map.dynamics.modulus = QuadraticModulus{};
   CHECK_NOTHROW(map.validate());
   map.dynamics.versor = QuadraticVersor{};
-  CHECK_THROWS_WITH(map.validate(), Catch::Contains("factors"));
+  CHECK_THROWS_WITH(map.validate(), Catch::Matchers::ContainsSubstring("factors"));
   map.dynamics.factors.clear();
   CHECK_NOTHROW(map.validate());
   map.dynamics.versor = QuadraticVersor{{1, 0, 0, 0}};
-  CHECK_THROWS_WITH(map.validate(), Catch::Contains("c differs"));
+  CHECK_THROWS_WITH(map.validate(), Catch::Matchers::ContainsSubstring("c differs"));
   map.dynamics.versor = FactorsVersor{};
-  CHECK_THROWS_WITH(map.validate(), Catch::Contains("no factors"));
+  CHECK_THROWS_WITH(map.validate(), Catch::Matchers::ContainsSubstring("no factors"));
 }
 
 TEST_CASE("a kind has one name") {
@@ -367,7 +374,7 @@ TEST_CASE("a kind has one name") {
     const Folder folder;
     json text = to_json(full_map());
     text["kind"] = name;
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains("kind"));
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("kind"));
   }
 }
 
@@ -377,14 +384,15 @@ TEST_CASE("every key that is missing is named") {
        {"format", "version", "kind", "slice", "log_scale", "factors", "shape_to_map"}) {
     json text = to_json(full_map());
     text.erase(key);
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(fmt::format("\"{}\"", key)));
+    CHECK_THAT(refusal(folder, text.dump()),
+               Catch::Matchers::ContainsSubstring(fmt::format("\"{}\"", key)));
   }
   for (const char* pointer : {"/factors/7/center", "/factors/7/exponent", "/shape_to_map/scale",
                               "/shape_to_map/translation"}) {
     json text = to_json(full_map());
     const json::json_pointer at(pointer);
     text.at(at.parent_pointer()).erase(at.back());
-    CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(at.back()));
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring(at.back()));
   }
 }
 
@@ -435,7 +443,7 @@ TEST_CASE("every value that is wrong is named") {
   json text = to_json(full_map());
   text[json::json_pointer(wrong.pointer)] = wrong.value;
   INFO(wrong.pointer << " = " << wrong.value);
-  CHECK_THAT(refusal(folder, text.dump()), Catch::Contains(wrong.named));
+  CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring(wrong.named));
 }
 
 TEST_CASE("text that is no JSON, or not finite, is refused") {
@@ -443,39 +451,42 @@ TEST_CASE("text that is no JSON, or not finite, is refused") {
   const std::string good = to_json(full_map()).dump();
   for (const std::size_t length :
        {std::size_t{0}, std::size_t{1}, good.size() / 2, good.size() - 1}) {
-    CHECK_THAT(refusal(folder, good.substr(0, length)), Catch::Contains("JSON"));
+    CHECK_THAT(refusal(folder, good.substr(0, length)), Catch::Matchers::ContainsSubstring("JSON"));
   }
   for (const char* number : {"NaN", "Infinity", "1e999", "-1e999"}) {
     std::string text = good;
     const std::string key = "\"slice\":";
     const auto at = text.find(key) + key.size();
     text.replace(at, text.find(',', at) - at, number);
-    CHECK_THAT(refusal(folder, text), Catch::Contains("JSON"));
+    CHECK_THAT(refusal(folder, text), Catch::Matchers::ContainsSubstring("JSON"));
   }
-  CHECK_THAT(refusal(folder, good + "{}"), Catch::Contains("JSON"));
-  CHECK_THAT(refusal(folder, "[]"), Catch::Contains("object"));
-  CHECK_THAT(refusal(folder, std::string("\0\xff\xfe random", 10)), Catch::Contains("JSON"));
-  CHECK_THAT(refusal(folder, std::string(1'000'000, '[')), Catch::Contains("nested"));
+  CHECK_THAT(refusal(folder, good + "{}"), Catch::Matchers::ContainsSubstring("JSON"));
+  CHECK_THAT(refusal(folder, "[]"), Catch::Matchers::ContainsSubstring("object"));
+  CHECK_THAT(refusal(folder, std::string("\0\xff\xfe random", 10)),
+             Catch::Matchers::ContainsSubstring("JSON"));
+  CHECK_THAT(refusal(folder, std::string(1'000'000, '[')),
+             Catch::Matchers::ContainsSubstring("nested"));
 }
 
 TEST_CASE("a key that stands twice is refused, wherever it is") {
   const Folder folder;
   const std::string good = to_json(full_map()).dump();
   CHECK_THAT(refusal(folder, R"({"slice": 5, )" + good.substr(1)),
-             Catch::Contains("\"slice\" twice"));
+             Catch::Matchers::ContainsSubstring("\"slice\" twice"));
   std::string factor = good;
   factor.replace(factor.find("\"exponent\":"), 0, R"("exponent": 3, )");
-  CHECK_THAT(refusal(folder, factor), Catch::Contains("\"exponent\" twice"));
+  CHECK_THAT(refusal(folder, factor), Catch::Matchers::ContainsSubstring("\"exponent\" twice"));
 }
 
 TEST_CASE("files that cannot be maps are refused before they fill the memory") {
   const Folder folder;
-  CHECK_THROWS_WITH(read_map(folder / "none.json"), Catch::Contains("none.json"));
+  CHECK_THROWS_WITH(read_map(folder / "none.json"),
+                    Catch::Matchers::ContainsSubstring("none.json"));
   CHECK_THROWS_AS(read_map(fs::temp_directory_path()), InputError);
   const auto huge = folder.with_text("huge.json", "{");
   fs::resize_file(huge, std::uintmax_t{1} << 40U);  // sparse
-  CHECK_THROWS_WITH(read_map(huge), Catch::Contains("64 MiB at most"));
-  CHECK_THROWS_WITH(read_map("/dev/zero"), Catch::Contains("a device"));
+  CHECK_THROWS_WITH(read_map(huge), Catch::Matchers::ContainsSubstring("64 MiB at most"));
+  CHECK_THROWS_WITH(read_map("/dev/zero"), Catch::Matchers::ContainsSubstring("a device"));
 }
 
 TEST_CASE("a map that is not valid, or a folder that is not there, leaves no file") {
@@ -498,8 +509,9 @@ TEST_CASE("any bytes may stand in a file name of the provenance") {
 TEST_CASE("what is wrong with a file is said by line, not by its bytes") {
   const Folder folder;
   const auto path = folder.with_text("a.qjulia.json", "{\n\"format\": \"\x01\xff\x02");
-  REQUIRE_THROWS_WITH(read_map(path), Catch::Contains("valid JSON (line 2)") &&
-                                          !Catch::Contains("\x01") && !Catch::Contains("\xff"));
+  REQUIRE_THROWS_WITH(read_map(path), Catch::Matchers::ContainsSubstring("valid JSON (line 2)") &&
+                                          !Catch::Matchers::ContainsSubstring("\x01") &&
+                                          !Catch::Matchers::ContainsSubstring("\xff"));
 }
 
 namespace {
@@ -533,7 +545,8 @@ void check_carrier_refused(const Folder& folder, const std::string& name, const 
                            const std::string& why) {
   CAPTURE(name);
   const auto path = folder.with_text(name, bytes);
-  CHECK_THROWS_WITH(read_map(path), Catch::Contains(path.string()) && Catch::Contains(why));
+  CHECK_THROWS_WITH(read_map(path), Catch::Matchers::ContainsSubstring(path.string()) &&
+                                        Catch::Matchers::ContainsSubstring(why));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <limits>
 #include <random>
 #include <vector>
@@ -177,8 +177,8 @@ TEST_CASE("a ball has the volume and area of a ball") {
   const TriangleMesh mesh = mesh_of(ball, n, 3, kNoClamp);
   test::require_closed_manifold(mesh);
   const double area = 4 * M_PI * radius * radius;
-  CHECK(test::enclosed_volume(mesh) == Approx(area * radius / 3).epsilon(0.003));
-  CHECK(test::surface_area(mesh) == Approx(area).epsilon(0.003));
+  CHECK(test::enclosed_volume(mesh) == Catch::Approx(area * radius / 3).epsilon(0.003));
+  CHECK(test::surface_area(mesh) == Catch::Approx(area).epsilon(0.003));
   // Euler's formula for a sphere.
   CHECK(mesh.vertices.size() + mesh.triangles.size() == test::count_edges(mesh).edges + 2);
 }
@@ -188,7 +188,7 @@ TEST_CASE("differences are clamped to the reach before interpolation") {
   const TriangleMesh mesh = mesh_of(values, 3, 0, 2);
   REQUIRE(mesh.vertices.size() == 6);
   for (const auto& v : mesh.vertices) {
-    CHECK((v - Eigen::Vector3d::Ones()).norm() == Approx(2.0 / 3));
+    CHECK((v - Eigen::Vector3d::Ones()).norm() == Catch::Approx(2.0 / 3));
   }
 }
 

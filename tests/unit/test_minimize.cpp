@@ -1,6 +1,6 @@
 // Scaling, coarse spaces and the minimiser, on a quadratic energy.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -105,7 +105,7 @@ TEST_CASE("the minimiser finds a badly scaled minimum and moves only what the sp
     for (std::size_t k = 0; k < 9; ++k) {
       CHECK(part.map.dynamics.factors[k].center == start.dynamics.factors[k].center);
       CHECK(part.map.dynamics.factors[k].exponent ==
-            Approx(goal.dynamics.factors[k].exponent).epsilon(1e-4));
+            Catch::Approx(goal.dynamics.factors[k].exponent).epsilon(1e-4));
     }
   }
 
@@ -188,12 +188,13 @@ TEST_CASE("coarse spaces scale exponents and move centres by groups") {
   };
   const fitting::Subspace scalars(map, level_of(fitting::Space::scalars), Unknowns::all);
   REQUIRE(scalars.size() == 3);
-  CHECK(moved(scalars, 0).dynamics.log_scale == Approx(map.dynamics.log_scale + 0.1));
+  CHECK(moved(scalars, 0).dynamics.log_scale == Catch::Approx(map.dynamics.log_scale + 0.1));
   for (const bool roots : {true, false}) {
     const auto scaled = moved(scalars, roots ? 1 : 2);
     for (std::size_t k = 0; k < map.dynamics.factors.size(); ++k) {
       const double a = map.dynamics.factors[k].exponent;
-      CHECK(scaled.dynamics.factors[k].exponent == Approx(a * ((a > 0) == roots ? 1.1 : 1.0)));
+      CHECK(scaled.dynamics.factors[k].exponent ==
+            Catch::Approx(a * ((a > 0) == roots ? 1.1 : 1.0)));
       CHECK(scaled.dynamics.factors[k].center == map.dynamics.factors[k].center);
     }
   }
@@ -212,7 +213,7 @@ TEST_CASE("coarse spaces scale exponents and move centres by groups") {
       const double change = shifted.dynamics.factors[k].center.x - map.dynamics.factors[k].center.x;
       if (change == 0) continue;
       ++movers;
-      CHECK(change == Approx(0.1));
+      CHECK(change == Catch::Approx(0.1));
     }
   }
   CHECK(movers == map.dynamics.factors.size());
@@ -220,10 +221,10 @@ TEST_CASE("coarse spaces scale exponents and move centres by groups") {
   // Gradients and matrices are restricted by the same P.
   const Eigen::VectorXd g = Eigen::VectorXd::LinSpaced(1 + 5 * 40, -1, 2);
   const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(clusters.size(), 0.5, -1);
-  CHECK(clusters.restricted_gradient(g).dot(y) == Approx(g.dot(clusters.prolonged(y))));
+  CHECK(clusters.restricted_gradient(g).dot(y) == Catch::Approx(g.dot(clusters.prolonged(y))));
   const Eigen::MatrixXd h = g.cwiseAbs2().asDiagonal();
   CHECK(y.dot(clusters.restricted_matrix(h) * y) ==
-        Approx(clusters.prolonged(y).dot(h * clusters.prolonged(y))));
+        Catch::Approx(clusters.prolonged(y).dot(h * clusters.prolonged(y))));
   CHECK((clusters.restricted_matrix(h).diagonal() - clusters.restricted_diagonal(g.cwiseAbs2()))
             .cwiseAbs()
             .maxCoeff() < 1e-12);

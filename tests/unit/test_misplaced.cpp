@@ -1,7 +1,7 @@
 // Poles inside the shape and roots outside: where they are, and off the slice.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <limits>
 #include <vector>
 
@@ -43,11 +43,11 @@ TEST_CASE("poles inside and roots outside, beyond the band, have one-sided sampl
     const bool is_pole = i < 7;
     CHECK(factors[i] == (is_pole ? 0 : 4));
     const Eigen::Vector3d center = is_pole ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(0, 1.5, 0);
-    CHECK((samples.position[i] - center).norm() == Approx(i % 7 == 0 ? 0 : 0.05));
+    CHECK((samples.position[i] - center).norm() == Catch::Approx(i % 7 == 0 ? 0 : 0.05));
     CHECK(std::ranges::count(samples.position, samples.position[i]) == 1);
     CHECK(samples.side[i] == (is_pole ? -1 : 1));
     CHECK(samples.target[i] == samples.side[i] * level.band);
-    CHECK(samples.weight[i] == Approx(10.0 / 7 / level.samples));
+    CHECK(samples.weight[i] == Catch::Approx(10.0 / 7 / level.samples));
     CHECK(samples.off_slice[i] == 0);
   }
 }
@@ -57,7 +57,7 @@ TEST_CASE("a misplaced centre in the slice has samples beside it alone") {
   map.dynamics.factors = {{{0, 0, 0, 0}, -2}};
   const auto [samples, factors] = fitting::misplaced_factors(map, distances_of(map), small_level());
   REQUIRE(samples.size() == 6);
-  for (const auto& x : samples.position) CHECK(x.norm() == Approx(1e-5));
+  for (const auto& x : samples.position) CHECK(x.norm() == Catch::Approx(1e-5));
 }
 
 TEST_CASE("a misplaced factor is lifted as far as its samples ask, and no other moves") {
@@ -87,6 +87,6 @@ TEST_CASE("a misplaced factor is lifted as far as its samples ask, and no other 
     if (found.samples.side[i] * before[i] >= 0) continue;
     least = std::min(least, found.samples.side[i] * (after[i] - found.samples.target[i]));
   }
-  CHECK(least == Approx(0).margin(0.02));  // each has a little of the other's move
+  CHECK(least == Catch::Approx(0).margin(0.02));  // each has a little of the other's move
   CHECK_FALSE(fitting::lifted(*lifted, found, after));
 }

@@ -1,7 +1,7 @@
 // Nodes that interpolation needs, against what it takes point by point.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <random>
 #include <set>
 

@@ -1,6 +1,6 @@
 // The original program's .o3d files.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -18,7 +18,8 @@ Map read(const std::string& bytes) { return original_from_bytes(bytes, "some.o3d
 
 void check_refused(const std::string& bytes, const std::string& word) {
   CAPTURE(bytes.size(), word);
-  CHECK_THROWS_WITH(read(bytes), Catch::Contains("some.o3d") && Catch::Contains(word));
+  CHECK_THROWS_WITH(read(bytes), Catch::Matchers::ContainsSubstring("some.o3d") &&
+                                     Catch::Matchers::ContainsSubstring(word));
 }
 
 /// The file with an int32 at `offset` replaced.
@@ -127,7 +128,8 @@ TEST_CASE("a .poly4d file is one polynomial") {
   for (std::size_t size = 0; size < bytes.text().size(); ++size) {
     CHECK_THROWS_AS(polynomial(bytes.text().substr(0, size)), InputError);
   }
-  CHECK_THROWS_WITH(polynomial(bytes.text() + "x"), Catch::Contains("after its end"));
+  CHECK_THROWS_WITH(polynomial(bytes.text() + "x"),
+                    Catch::Matchers::ContainsSubstring("after its end"));
 }
 
 TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says") {
@@ -156,7 +158,7 @@ TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says")
   CHECK(distance.center == center);
   const TriangleMesh mesh = mesh_of(distance);
   CHECK(inspect(mesh).closed());
-  CHECK(signed_volume(mesh) == Approx(4.0 / 3 * 3.14159265 * 0.512).epsilon(0.01));
+  CHECK(signed_volume(mesh) == Catch::Approx(4.0 / 3 * 3.14159265 * 0.512).epsilon(0.01));
   double worst = 0;
   for (const Eigen::Vector3d& x : mesh.vertices) {
     worst = std::max(worst, std::abs((x - Eigen::Vector3d(0.3, 0, 0)).norm() - 0.8));
@@ -168,24 +170,26 @@ TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says")
        {std::size_t{0}, std::size_t{11}, std::size_t{59}, whole.size() - 1}) {
     CHECK_THROWS_AS(field(whole.substr(0, size)), InputError);
   }
-  CHECK_THROWS_WITH(field(whole + "x"), Catch::Contains("after its end"));
+  CHECK_THROWS_WITH(field(whole + "x"), Catch::Matchers::ContainsSubstring("after its end"));
   for (const std::int32_t wrong : {-1, 0, 1, 1 << 30, std::numeric_limits<std::int32_t>::max()}) {
     CHECK_THROWS_AS(field(with_integer(whole, 0, wrong)), InputError);
   }
   for (const std::size_t offset : {12, 20, 28, 36, 44, 52}) {
     const std::string nan = test::Bytes().number(std::nan("")).text();
-    CHECK_THROWS_WITH(field(std::string(whole).replace(offset, 8, nan)),
-                      Catch::Contains(offset < 36 ? "its centre" : "its lengths"));
+    CHECK_THROWS_WITH(
+        field(std::string(whole).replace(offset, 8, nan)),
+        Catch::Matchers::ContainsSubstring(offset < 36 ? "its centre" : "its lengths"));
   }
   SampledDistance filled = distance;
   for (double& d : filled.values) d = -1;
-  CHECK_THROWS_WITH(mesh_of(filled), Catch::Contains("faces") || Catch::Contains("inside"));
+  CHECK_THROWS_WITH(mesh_of(filled), Catch::Matchers::ContainsSubstring("faces") ||
+                                         Catch::Matchers::ContainsSubstring("inside"));
   for (double& d : filled.values) d = 1;
-  CHECK_THROWS_WITH(mesh_of(filled), Catch::Contains("inside"));
+  CHECK_THROWS_WITH(mesh_of(filled), Catch::Matchers::ContainsSubstring("inside"));
   SampledDistance cut = distance;
   for (std::size_t i = 0; i < 24 * 20 * 8; ++i) cut.values[24 * 20 * 10 - 1 - i] = -1;
   cut.values[0] = -1;
-  CHECK_THROWS_WITH(mesh_of(cut), Catch::Contains("faces"));
+  CHECK_THROWS_WITH(mesh_of(cut), Catch::Matchers::ContainsSubstring("faces"));
 }
 
 TEST_CASE("portals of a text file are in the map's coordinates") {
@@ -199,15 +203,16 @@ TEST_CASE("portals of a text file are in the map's coordinates") {
                              "Portal location: -0.4 0 0\n");
   REQUIRE(found.size() == 2);
   CHECK(found[0].center.isApprox(Eigen::Vector3d(0.4, 1.1, -0.3)));
-  CHECK(found[0].radius == Approx(0.6));
+  CHECK(found[0].radius == Catch::Approx(0.6));
   CHECK(found[0].scale == 4);
-  CHECK(found[0].rotation.degrees == Approx(85.943669));
+  CHECK(found[0].rotation.degrees == Catch::Approx(85.943669));
   CHECK(found[0].rotation.axis == Eigen::Vector3d(0, 2, 0));
   CHECK(found[0].destination == Eigen::Vector3d::Zero());
   CHECK(found[0].mask == PortalMask::outside);
   CHECK(found[1].rotation == Rotation{});
   const auto refused = [&](const std::string& text, const char* part) {
-    CHECK_THROWS_WITH(portals(text), Catch::Contains("some.txt") && Catch::Contains(part));
+    CHECK_THROWS_WITH(portals(text), Catch::Matchers::ContainsSubstring("some.txt") &&
+                                         Catch::Matchers::ContainsSubstring(part));
   };
   refused("", "Portals radius");
   refused(head, "Portal location");

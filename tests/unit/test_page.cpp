@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -131,7 +131,8 @@ TEST_CASE("a page without a map is no map") {
         "<script id=qjulia-ma", "<script", "<script id=\"qjulia-map",
         "<!-- <script id='qjulia-map'>{}</script>", "<p id='qjulia-map'>{}</p>"}) {
     const PageFile page(text);
-    CHECK_THROWS_WITH(read_map(page.path), Catch::Contains("is a page without a map"));
+    CHECK_THROWS_WITH(read_map(page.path),
+                      Catch::Matchers::ContainsSubstring("is a page without a map"));
   }
 }
 

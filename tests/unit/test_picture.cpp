@@ -3,7 +3,7 @@
 #include <png.h>
 
 #include <Eigen/Geometry>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -128,7 +128,7 @@ TEST_CASE("options that make no picture are refused by name") {
   const auto refused = [](auto change, const std::string& name) {
     PictureOptions options;
     change(options);
-    CHECK_THROWS_WITH(options.validate(), Catch::Contains(name));
+    CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring(name));
     CHECK_THROWS_AS(options.validate(), InputError);
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -159,7 +159,7 @@ TEST_CASE("colours have names and numbers, and palettes are known by name") {
   CHECK(color_named("white") == Rgb(1, 1, 1));
   CHECK(color_named("black") == Rgb(0, 0, 0));
   // 188 of 255 is half of the light.
-  CHECK(color_named("bcbcbc")->x() == Approx(0.5).margin(0.005));
+  CHECK(color_named("bcbcbc")->x() == Catch::Approx(0.5).margin(0.005));
   for (const char* text : {"", "#", "ff80", "ff80000", "gggggg", "-12345", "red", "##ff8000"}) {
     CHECK(!color_named(text));
   }
@@ -279,8 +279,8 @@ TEST_CASE("cameras look where they say") {
     camera.elevation = 20;
     const picture::CameraAxes turned = picture::camera_axes(camera);
     CHECK((turned.right.cross(turned.up) - turned.back).norm() < 1e-12);
-    CHECK(turned.right.dot(direction(up)) == Approx(0).margin(1e-12));
-    CHECK(turned.back.dot(direction(up)) == Approx(std::sin(20 * M_PI / 180)));
+    CHECK(turned.right.dot(direction(up)) == Catch::Approx(0).margin(1e-12));
+    CHECK(turned.back.dot(direction(up)) == Catch::Approx(std::sin(20 * M_PI / 180)));
   }
 }
 
@@ -336,7 +336,7 @@ TEST_CASE("a camera looks at the point and the frame that it is given") {
   CHECK(widest < 0.97);
   CHECK(widest > 0.7);
   const picture::View view = picture::camera_view(camera, box, 320, 200, 1);
-  CHECK((view.eye - camera.frame->center()).norm() == Approx(far));
+  CHECK((view.eye - camera.frame->center()).norm() == Catch::Approx(far));
   camera.look_at = Vector3d(2, 0, 0.2);  // a corner of the frame
   CHECK(seen(*camera.look_at).norm() < 1e-9);
 }
@@ -362,7 +362,7 @@ TEST_CASE("a rasterised triangle has the depths of its plane, in both kinds of v
     const Vector3d ray = (view.dir + x * view.dir_dx + y * view.dir_dy).normalized();
     const double expected = normal.dot(a - eye) / normal.dot(ray);
     CHECK(depths[static_cast<std::size_t>((row - 10) * view.columns + column)] ==
-          Approx(expected).epsilon(1e-6));
+          Catch::Approx(expected).epsilon(1e-6));
   }
 }
 
@@ -373,13 +373,13 @@ TEST_CASE("depth grids tell smooth pixels from edges") {
   }
   CHECK(grid.kind(2, 2, 0.1) == picture::PixelKind::smooth);
   CHECK(grid.kind(0, 2, 0.1) == picture::PixelKind::rough);
-  CHECK(grid.interpolated(1.25, 2.5) == Approx(3 + 1.25 - 1.25));
-  CHECK(grid.nearest(1.25, 2.5) == Approx(3 + 1 - 1.5));
+  CHECK(grid.interpolated(1.25, 2.5) == Catch::Approx(3 + 1.25 - 1.25));
+  CHECK(grid.nearest(1.25, 2.5) == Catch::Approx(3 + 1 - 1.5));
   grid.depths[picture::index(3, 2, 5)] += 0.2F;
   CHECK(grid.kind(2, 2, 0.1) == picture::PixelKind::rough);
   // Where one of the four pixels about a place is empty, those farther off are asked as well.
   grid.depths[picture::index(1, 3, 5)] = -1;
-  CHECK(grid.nearest(1.25, 2.5) == Approx(3 + 0 - 2));
+  CHECK(grid.nearest(1.25, 2.5) == Catch::Approx(3 + 0 - 2));
   grid.depths.assign(25, -1.0F);
   CHECK(grid.kind(2, 2, 0.1) == picture::PixelKind::empty);
 }

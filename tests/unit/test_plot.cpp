@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 #include <regex>
@@ -45,8 +45,8 @@ TEST_CASE("ticks are round and few") {
   CHECK(plot_ticks(0.1, 1.05, false).size() <= 8);
   const auto linear = plot_ticks(-1, 9, false);
   CHECK_FALSE(std::signbit(plot_ticks(-0.1, 5, false).front()));
-  CHECK(linear.front() == Approx(0).margin(1e-12));
-  CHECK(linear[1] - linear[0] == Approx(2));
+  CHECK(linear.front() == Catch::Approx(0).margin(1e-12));
+  CHECK(linear[1] - linear[0] == Catch::Approx(2));
   CHECK(plot_ticks(1, 1000, true) == std::vector<double>{1, 2, 5, 10, 20, 50, 100, 200, 500, 1000});
   const auto wide = plot_ticks(1e-9, 1e9, true);
   CHECK(wide.size() >= 3);
@@ -69,8 +69,8 @@ TEST_CASE("a point lies where its axes say") {
   plot.x.logarithmic = plot.y.logarithmic = true;
   plot.series[0].x = plot.series[0].y = {10};
   const auto same = middle_of(plot);
-  CHECK(same.first == Approx(centre.first).margin(1));
-  CHECK(same.second == Approx(centre.second).margin(1));
+  CHECK(same.first == Catch::Approx(centre.first).margin(1));
+  CHECK(same.second == Catch::Approx(centre.second).margin(1));
   // Greater is to the right and up.
   plot.series[0].x = plot.series[0].y = {50};
   CHECK(middle_of(plot).first > centre.first + 50);
@@ -95,7 +95,8 @@ TEST_CASE("an SVG has its points and lines where the pixels have them") {
   const Image image = draw_plot(plot);
   const auto pixels = blue_pixels(image);
   const std::string svg = plot_svg(plot);
-  CHECK_THAT(svg, Catch::Contains(fmt::format("viewBox=\"0 0 {} {}\"", plot.width, plot.height)));
+  CHECK_THAT(svg, Catch::Matchers::ContainsSubstring(
+                      fmt::format("viewBox=\"0 0 {} {}\"", plot.width, plot.height)));
   // Each point is a filled circle of radius 3.5, begun at its right.
   const std::regex circle("fill:rgb\\(0%,45%,70%\\);fill-opacity:1;\" d=\"M ([0-9.]+) ([0-9.]+) C");
   std::vector<std::array<double, 2>> centers;
@@ -112,9 +113,9 @@ TEST_CASE("an SVG has its points and lines where the pixels have them") {
   CHECK(centers[0][0] < centers[1][0]);
   CHECK(centers[0][1] == centers[1][1]);
   const std::string stroke = ";stroke:rgb(0%,45%,70%)";
-  CHECK_THAT(svg, !Catch::Contains(stroke));
+  CHECK_THAT(svg, !Catch::Matchers::ContainsSubstring(stroke));
   plot.series[0].line = true;
-  CHECK_THAT(plot_svg(plot), Catch::Contains(stroke));
+  CHECK_THAT(plot_svg(plot), Catch::Matchers::ContainsSubstring(stroke));
 }
 
 TEST_CASE("plots that make no sense are refused") {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -50,16 +50,16 @@ TriangleMesh ball_with_plate(double thickness) {
 TEST_CASE("a print has the size that was asked for") {
   const TriangleMesh box = shapes::box({0, 0, 0}, {1, 2, 3});
   const PrintMesh high = made_printable(box, {.up = UpAxis::y, .height = 80});
-  CHECK(high.report.scale == Approx(40));
-  CHECK(high.mesh.box().size().y() == Approx(80).epsilon(1e-9));
+  CHECK(high.report.scale == Catch::Approx(40));
+  CHECK(high.mesh.box().size().y() == Catch::Approx(80).epsilon(1e-9));
   CHECK(high.mesh.triangles == box.triangles);
   const PrintMesh longest = made_printable(box, {.up = UpAxis::minus_x, .longest = 60});
-  CHECK(longest.mesh.box().size().z() == Approx(60).epsilon(1e-9));
-  CHECK(longest.report.printed_volume == Approx(6 * 8000));
+  CHECK(longest.mesh.box().size().z() == Catch::Approx(60).epsilon(1e-9));
+  CHECK(longest.report.printed_volume == Catch::Approx(6 * 8000));
   // With a foot cut off and fewer triangles it has that size, too.
   const PrintMesh ball =
       made_printable(shapes::sphere(4), {.height = 40, .flat_foot = 4, .max_triangles = 4000});
-  CHECK(ball.mesh.box().size().z() == Approx(40).epsilon(1e-9));
+  CHECK(ball.mesh.box().size().z() == Catch::Approx(40).epsilon(1e-9));
   CHECK(ball.mesh.triangles.size() <= 4000);
   check_solid(ball.mesh);
 }
@@ -78,7 +78,7 @@ TEST_CASE("thin walls grow to what was asked for, and thick ones stay") {
   for (const Eigen::Vector3d& x : made.mesh.vertices) {
     if (std::abs(x.z()) < 1.5) continue;
     ++on_ball;
-    CHECK(x.norm() == Approx(3).margin(0.05));
+    CHECK(x.norm() == Catch::Approx(3).margin(0.05));
   }
   CHECK(on_ball > 1000);
   // Nothing is done to what is thick enough.
@@ -94,7 +94,7 @@ TEST_CASE("a foot is flat, and at the height where it was cut") {
   const Eigen::Vector3d direction = qjulia::direction(up);
   double lowest = 0;
   for (const Eigen::Vector3d& x : made.mesh.vertices) lowest = std::min(lowest, x.dot(direction));
-  CHECK(lowest == Approx(-4).epsilon(1e-3));
+  CHECK(lowest == Catch::Approx(-4).epsilon(1e-3));
   double area = 0;
   for (const auto& [a, b, c] : made.mesh.triangles) {
     const auto& x = made.mesh.vertices;
@@ -103,9 +103,9 @@ TEST_CASE("a foot is flat, and at the height where it was cut") {
                          x[c].dot(direction) == lowest;
     if (is_foot) area -= normal.dot(direction);
   }
-  CHECK(area == Approx(std::numbers::pi * 9).epsilon(0.05));
+  CHECK(area == Catch::Approx(std::numbers::pi * 9).epsilon(0.05));
   const double cap = std::numbers::pi * (3 * 5 - 1) / 3;
-  CHECK(made.report.volume - made.report.printed_volume == Approx(cap).epsilon(0.1));
+  CHECK(made.report.volume - made.report.printed_volume == Catch::Approx(cap).epsilon(0.1));
 }
 
 TEST_CASE("a hollow print has a wall of one thickness and a drain") {
@@ -114,9 +114,9 @@ TEST_CASE("a hollow print has a wall of one thickness and a drain") {
   check_solid(made.mesh);
   const double wall = 4 * std::numbers::pi / 3 * (1000 - 512);
   const double drain = std::numbers::pi * 1.5 * 1.5 * 2;
-  CHECK(made.report.printed_volume == Approx(wall - drain).epsilon(0.02));
-  CHECK(made.report.cavity == Approx(4 * std::numbers::pi / 3 * 512).epsilon(0.05));
-  CHECK(wall_thickness(made.mesh).median == Approx(2).epsilon(0.03));
+  CHECK(made.report.printed_volume == Catch::Approx(wall - drain).epsilon(0.02));
+  CHECK(made.report.cavity == Catch::Approx(4 * std::numbers::pi / 3 * 512).epsilon(0.05));
+  CHECK(wall_thickness(made.mesh).median == Catch::Approx(2).epsilon(0.03));
   // The drain leads down: no vertex is near the lower pole.
   for (const Eigen::Vector3d& x : made.mesh.vertices) {
     if (x.z() < -7) CHECK(x.head<2>().norm() > 1.15);
@@ -129,7 +129,7 @@ TEST_CASE("a hollow print has a wall of one thickness and a drain") {
 TEST_CASE("what cannot be printed so is refused by name") {
   const TriangleMesh ball = shapes::sphere(3);
   const auto fails = [&](const PrintOptions& options, const char* text) {
-    CHECK_THROWS_WITH(made_printable(ball, options), Catch::Contains(text));
+    CHECK_THROWS_WITH(made_printable(ball, options), Catch::Matchers::ContainsSubstring(text));
   };
   fails({.height = 2, .longest = 3}, "contradict");
   fails({.min_wall = 0.5, .shell = 0.2}, "shell");
@@ -138,5 +138,6 @@ TEST_CASE("what cannot be printed so is refused by name") {
   fails({.shell = 0.2}, "drain");
   fails({.min_wall = 1e-5, .shell = 1e-4}, "shell");
   fails({.max_triangles = 3}, "4 or more");
-  CHECK_THROWS_WITH(made_printable(shapes::open_box(), {.min_wall = 0.1}), Catch::Contains("open"));
+  CHECK_THROWS_WITH(made_printable(shapes::open_box(), {.min_wall = 0.1}),
+                    Catch::Matchers::ContainsSubstring("open"));
 }

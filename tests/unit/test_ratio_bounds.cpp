@@ -1,7 +1,7 @@
 /// Bounds of ratios hold as often as they say, whatever the noise is like.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <random>
 
@@ -37,17 +37,17 @@ Misses misses(std::size_t runs, double error, int trials, Draw draw) {
 
 TEST_CASE("the chances of Mann and Whitney are those of all orders") {
   // C(10, 5) = 252 orders, of which 1, 1, 2, 3 have U = 0, 1, 2, 3.
-  CHECK(mann_whitney_chance(5, 5, 0) == Approx(1.0 / 252));
-  CHECK(mann_whitney_chance(5, 5, 1) == Approx(2.0 / 252));
-  CHECK(mann_whitney_chance(5, 5, 3) == Approx(7.0 / 252));
+  CHECK(mann_whitney_chance(5, 5, 0) == Catch::Approx(1.0 / 252));
+  CHECK(mann_whitney_chance(5, 5, 1) == Catch::Approx(2.0 / 252));
+  CHECK(mann_whitney_chance(5, 5, 3) == Catch::Approx(7.0 / 252));
   CHECK(mann_whitney_chance(3, 4, 5) == mann_whitney_chance(4, 3, 5));
-  CHECK(mann_whitney_chance(3, 4, 5) + mann_whitney_chance(3, 4, 6) == Approx(1));
+  CHECK(mann_whitney_chance(3, 4, 5) + mann_whitney_chance(3, 4, 6) == Catch::Approx(1));
   CHECK(mann_whitney_chance(3, 4, 12) == 1);
   // Where the normal distribution takes over, it agrees.
   const double exact = mann_whitney_chance(50, 50, 1000);
   const double normal = mann_whitney_chance(50, 51, 1020);
-  CHECK(exact == Approx(0.0426).margin(0.0005));
-  CHECK(normal == Approx(exact).margin(0.002));
+  CHECK(exact == Catch::Approx(0.0426).margin(0.0005));
+  CHECK(normal == Catch::Approx(exact).margin(0.002));
 }
 
 TEST_CASE("bounds miss as rarely as they say, under normal and under skewed noise") {
@@ -91,7 +91,7 @@ TEST_CASE("a ratio is found between its bounds, which shrink with more runs") {
       mean += bounds->estimate / kTrials;
     }
     CHECK(held >= 0.95 * kTrials);  // of 98 % at least, in the long run
-    CHECK(mean == Approx(1.5).epsilon(0.002));
+    CHECK(mean == Catch::Approx(1.5).epsilon(0.002));
     CHECK(width < last_width);
     last_width = width;
   }

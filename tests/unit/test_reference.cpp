@@ -1,7 +1,7 @@
 // The reference iteration and evaluator: against the original program, against quaternion powers,
 // and its derivatives against central differences.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -102,7 +102,7 @@ TEST_CASE("the reference reproduces the original's energy") {
     const double expected = original.number("energy_n" + std::to_string(n));
     INFO("n " << n);
     CHECK(original.evaluator(n)->evaluate(original.map(), false).energy ==
-          Approx(expected).epsilon(1e-9).margin(0));
+          Catch::Approx(expected).epsilon(1e-9).margin(0));
   }
 }
 
@@ -121,7 +121,7 @@ TEST_CASE("the reference reproduces the original's gradient at n = 1") {
   REQUIRE(gradient.size() == expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     INFO("component " << i);
-    CHECK(gradient[i] == Approx(expected[i]).epsilon(1e-9).margin(0));
+    CHECK(gradient[i] == Catch::Approx(expected[i]).epsilon(1e-9).margin(0));
   }
 }
 
@@ -152,9 +152,9 @@ TEST_CASE("one factor at the origin with exponent 2 squares, by hand") {
   square.dynamics.factors = {{{0, 0, 0, 0}, 2}};
   const std::vector<Quaternion> starts{{0.5, 0, 0, 0}, {0, 3, 0, 0}, {0, 0, 30, 0}};
   const auto f = reference::field(square, starts, 4, 20);
-  CHECK(f[0] == Approx(16 * std::log(0.5)));  // 2^4 after four
-  CHECK(f[1] == Approx(4 * std::log(3.0)));   // 9 < 20 goes on, 81 is out
-  CHECK(f[2] == Approx(std::log(30.0)));      // starts outside: no iterate runs
+  CHECK(f[0] == Catch::Approx(16 * std::log(0.5)));  // 2^4 after four
+  CHECK(f[1] == Catch::Approx(4 * std::log(3.0)));   // 9 < 20 goes on, 81 is out
+  CHECK(f[2] == Catch::Approx(std::log(30.0)));      // starts outside: no iterate runs
 }
 
 TEST_CASE("reference gradients are central differences of the energy, all unknowns") {
@@ -199,6 +199,6 @@ TEST_CASE("derivatives stay finite and right where the vector part vanishes") {
          reference::field(energy::with_unknowns(map, down), starts, 3, 20)[0]) /
         2e-6;
     INFO("unknown " << i);
-    CHECK(gradient(0, static_cast<Eigen::Index>(i)) == Approx(difference).margin(1e-6));
+    CHECK(gradient(0, static_cast<Eigen::Index>(i)) == Catch::Approx(difference).margin(1e-6));
   }
 }

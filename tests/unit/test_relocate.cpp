@@ -1,6 +1,6 @@
 // Relocation: factors that matter little go to where the fit is worst.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "fit/relocate.hpp"
 #include "random_maps.hpp"
@@ -48,7 +48,7 @@ TEST_CASE("a factor that does nothing is moved to where one is missing") {
   }
   const Factor& found = moved.dynamics.factors[kMissing];
   CHECK(distance_between(found.center, whole.dynamics.factors[kMissing].center) < 0.3);
-  CHECK(found.exponent == Approx(0.9).margin(0.3));
+  CHECK(found.exponent == Catch::Approx(0.9).margin(0.3));
   CHECK(evaluator->evaluate(moved, false).energy < 0.1 * evaluator->evaluate(map, false).energy);
 
   base::Random same(1);

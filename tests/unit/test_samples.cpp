@@ -1,7 +1,7 @@
 // Where samples and factors are put about a sphere.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "fit/placement.hpp"
@@ -31,14 +31,14 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
       deep += d < -0.25 ? 1 : 0;  // of the pool `deep` alone, but for a few `around`
       CHECK(samples.target[i] == samples.side[i] * 0.1);
       CHECK(samples.side[i] * d > 0);
-      CHECK(samples.weight[i] == Approx(0.001));
+      CHECK(samples.weight[i] == Catch::Approx(0.001));
     } else if (std::abs(d) < 1e-12) {
       ++surface;
       CHECK(samples.target[i] == 0);
     } else {
       ++band;
-      CHECK(samples.target[i] == Approx(d).margin(1e-12));
-      CHECK(samples.weight[i] == Approx(0.0005));
+      CHECK(samples.target[i] == Catch::Approx(d).margin(1e-12));
+      CHECK(samples.weight[i] == Catch::Approx(0.0005));
     }
   }
   CHECK(surface == 500);
@@ -59,8 +59,8 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
     const double d = std::hypot(more.position[i].norm(), more.off_slice[i]) - 1.2;
     CHECK((std::abs(more.off_slice[i]) >= 0.3 || d < -0.3));
     CHECK(more.side[i] * d > 0);
-    CHECK(more.target[i] == Approx(std::clamp(d, -0.1, 0.1)).margin(1e-12));
-    CHECK(more.weight[i] == Approx(0.00025));
+    CHECK(more.target[i] == Catch::Approx(std::clamp(d, -0.1, 0.1)).margin(1e-12));
+    CHECK(more.weight[i] == Catch::Approx(0.00025));
     within += d < 0 ? 1 : 0;
   }
   CHECK(within > 20);
@@ -79,8 +79,8 @@ TEST_CASE("a stage's samples have the shares, targets and sides it asks for") {
     band += std::abs(d) < 0.1 ? 1 : 0;
     (sided.side[i] < 0 ? inside : outside) += sided.weight[i];
   }
-  CHECK(inside == Approx(0.5));
-  CHECK(outside == Approx(0.5));
+  CHECK(inside == Catch::Approx(0.5));
+  CHECK(outside == Catch::Approx(0.5));
   CHECK(band == 875);
 }
 
@@ -88,7 +88,8 @@ TEST_CASE("monopoles on a sphere make its electrostatic field") {
   const auto pool = sphere_pool(6000);
   const auto map = fitting::place_monopoles(pool, 40, 1);
   REQUIRE(map.dynamics.factors.size() == 40);
-  for (const auto& [c, exponent] : map.dynamics.factors) CHECK(norm(c) == Approx(1).margin(1e-9));
+  for (const auto& [c, exponent] : map.dynamics.factors)
+    CHECK(norm(c) == Catch::Approx(1).margin(1e-9));
   // Outside, as the charge of a conductor at the centre: r Σ a / |x − c| is the same everywhere.
   double low = 1e300;
   double high = -1e300;
@@ -105,7 +106,7 @@ TEST_CASE("monopoles on a sphere make its electrostatic field") {
   CHECK(low > 0);
   CHECK(high < 1.02 * low);
   CHECK_THROWS_WITH(fitting::place_monopoles({pool.surface, {}, {}}, 40, 1),
-                    Catch::Contains("placement by depth"));
+                    Catch::Matchers::ContainsSubstring("placement by depth"));
 }
 
 TEST_CASE("weights by place keep sums, of either side with the tanh loss, and leave others alone") {
@@ -140,10 +141,10 @@ TEST_CASE("weights by place keep sums, of either side with the tanh loss, and le
     const double factor =
         samples.weight[i] / before.weight[i] / weight_at(frame.to_shape(samples.position[i]));
     if (scale[is_below] == 0) scale[is_below] = factor;
-    CHECK(factor == Approx(scale[is_below]));
+    CHECK(factor == Catch::Approx(scale[is_below]));
   }
-  CHECK(sums[0][1] == Approx(sums[0][0]));
-  CHECK(sums[1][1] == Approx(sums[1][0]));
+  CHECK(sums[0][1] == Catch::Approx(sums[0][0]));
+  CHECK(sums[1][1] == Catch::Approx(sums[1][0]));
   CHECK(scale[0] < 0.8);
 }
 
@@ -161,6 +162,6 @@ TEST_CASE("weights by place leave a side alone whose samples do not count") {
   const energy::Samples before = samples;
   fitting::weigh(samples, twice, {2, {1, 0, 0}}, level.loss);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    CHECK(samples.weight[i] == Approx(before.weight[i]));  // never NaN
+    CHECK(samples.weight[i] == Catch::Approx(before.weight[i]));  // never NaN
   }
 }

@@ -1,6 +1,6 @@
 // The law of cost against size.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 
 #include "qjulia/scaling.hpp"
@@ -17,11 +17,11 @@ TEST_CASE("a power law is found, and how far its points lie from it") {
   }
   ScalingLaw law = fit_law(points);
   CHECK(law.iterations == 4);
-  CHECK(law.samples_exponent == Approx(0.9));
-  CHECK(law.factors_exponent == Approx(1.1));
-  CHECK(law.worst_ratio == Approx(1));
+  CHECK(law.samples_exponent == Catch::Approx(0.9));
+  CHECK(law.factors_exponent == Catch::Approx(1.1));
+  CHECK(law.worst_ratio == Catch::Approx(1));
   points[4].seconds *= 2;
   law = fit_law(points);
   // In the middle of the grid: the plane rises by a ninth of ln 2.
-  CHECK(law.worst_ratio == Approx(std::pow(2, 8.0 / 9)).epsilon(0.05));
+  CHECK(law.worst_ratio == Catch::Approx(std::pow(2, 8.0 / 9)).epsilon(0.05));
 }

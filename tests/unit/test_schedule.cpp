@@ -2,7 +2,7 @@
 
 #include <sys/stat.h>
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <fstream>
 
 #include "fit/schedule.hpp"
@@ -22,25 +22,27 @@ TEST_CASE("built-in schedules cover the whole budget and end finer than they beg
       CHECK(schedule.levels[i].space >= schedule.levels[i - 1].space);
     }
   }
-  CHECK_THROWS_WITH(fitting::find_schedule("nonesuch"), Catch::Contains("tight"));
+  CHECK_THROWS_WITH(fitting::find_schedule("nonesuch"),
+                    Catch::Matchers::ContainsSubstring("tight"));
 }
 
 TEST_CASE("polishing takes the last two fifths of a schedule") {
   const fitting::Schedule plain = fitting::find_schedule("tight");
   const fitting::Schedule polished = fitting::with_polish(plain, 0.03);
   REQUIRE(polished.levels.size() == plain.levels.size() + 1);
-  CHECK(polished.evaluations == Approx(plain.evaluations / 0.6).margin(1));
+  CHECK(polished.evaluations == Catch::Approx(plain.evaluations / 0.6).margin(1));
   CHECK(polished.automatic.factors == plain.automatic.factors);
-  CHECK(polished.automatic.evaluations == Approx(plain.automatic.evaluations / 0.6).margin(1));
-  CHECK(polished.automatic.stages == Approx(plain.automatic.stages / 0.6).margin(1));
+  CHECK(polished.automatic.evaluations ==
+        Catch::Approx(plain.automatic.evaluations / 0.6).margin(1));
+  CHECK(polished.automatic.stages == Catch::Approx(plain.automatic.stages / 0.6).margin(1));
   for (std::size_t i = 0; i < plain.levels.size(); ++i) {
-    CHECK(polished.levels[i].until == Approx(0.6 * plain.levels[i].until));
+    CHECK(polished.levels[i].until == Catch::Approx(0.6 * plain.levels[i].until));
     CHECK(polished.levels[i].iterations == 1);
   }
   CHECK(polished.levels.back().until == 1);
   CHECK(polished.levels.back().iterations == 2);
   CHECK(polished.levels.back().loss == energy::Loss::tanh);
-  CHECK(polished.levels.back().band == Approx(0.12));
+  CHECK(polished.levels.back().band == Catch::Approx(0.12));
 }
 
 TEST_CASE("a schedule's file is read, and what is wrong with it is told by line") {
@@ -72,7 +74,8 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
 
   const std::string head = "evaluations = 7\n[[level]]\n";
   const auto refused = [&](const std::string& text, const char* why) {
-    CHECK_THROWS_WITH(read(text), Catch::Contains(why) && Catch::Contains("own.toml"));
+    CHECK_THROWS_WITH(read(text), Catch::Matchers::ContainsSubstring(why) &&
+                                      Catch::Matchers::ContainsSubstring("own.toml"));
   };
   refused("[[level]", "not TOML");
   refused(head + "[;level]]\n", ":3: not TOML");
@@ -83,8 +86,9 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   CHECK(name_of("\"\u00e4 \\\" '\u00e4\"") == "\u00e4 \" '\u00e4");
   CHECK(name_of("\"# \\\\\"") == "# \\");
   CHECK(name_of("'a \\ # b'") == "a \\ # b");
-  CHECK_THROWS_WITH(name_of("'\u00e4'"), Catch::Contains("outside double quotes"));
-  CHECK_THROWS_WITH(name_of("\"\xff\""), Catch::Contains("not UTF-8"));
+  CHECK_THROWS_WITH(name_of("'\u00e4'"),
+                    Catch::Matchers::ContainsSubstring("outside double quotes"));
+  CHECK_THROWS_WITH(name_of("\"\xff\""), Catch::Matchers::ContainsSubstring("not UTF-8"));
   refused("evaluations = 7\n", "at least one [[level]]");
   refused("[[level]]\n", "needs 'evaluations'");
   refused(head + "bend = 1\n", ":3: 'bend' is not known");
@@ -98,9 +102,10 @@ TEST_CASE("a schedule's file is read, and what is wrong with it is told by line"
   refused(head + "iterations = 17\n", ":3: 'iterations' must be a number between 1 and 16");
   refused(head + "iterations = 2\nloss = \"distance\"\n", "need loss \"tanh\"");
   refused(head + "until = 0.5\niterations = 3\n[[level]]\niterations = 2\n", "may not fall");
-  CHECK_THROWS_WITH(fitting::find_schedule(folder / "none.toml"), Catch::Contains("cannot read"));
+  CHECK_THROWS_WITH(fitting::find_schedule(folder / "none.toml"),
+                    Catch::Matchers::ContainsSubstring("cannot read"));
   // A pipe would be waited for, and hold nothing the second time.
   const auto pipe = folder / "pipe.toml";
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-  CHECK_THROWS_WITH(fitting::find_schedule(pipe), Catch::Contains("is a pipe"));
+  CHECK_THROWS_WITH(fitting::find_schedule(pipe), Catch::Matchers::ContainsSubstring("is a pipe"));
 }

@@ -1,7 +1,7 @@
 // Stages of a fit, with the reference evaluator alone: what they reach, and how they go on.
 
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -120,11 +120,11 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
     CHECK(unknowns_of_a_run(checkpoint, true) == unbroken);
   }
   CHECK_THROWS_WITH(test::kept_in(fitting::Checkpoint(path, "another")),
-                    Catch::Contains("belongs to"));
+                    Catch::Matchers::ContainsSubstring("belongs to"));
   const auto check_damaged = [&](std::string bytes) {
     std::ofstream(path, std::ios::binary) << bytes;
     CHECK_THROWS_WITH(test::kept_in(fitting::Checkpoint(path, "key")),
-                      Catch::Contains("is damaged"));
+                      Catch::Matchers::ContainsSubstring("is damaged"));
   };
   const std::string whole = test::read_text(path);
   for (const std::size_t at : {std::size_t{3}, whole.size() / 3, whole.size() - 1}) {
@@ -193,9 +193,9 @@ TEST_CASE("stages fit a sphere with the reference evaluator alone") {
   energy::Samples unseen;
   for (const double radius : {0.9, 1.0, 1.1}) unseen.add({0, 0.6 * radius, 0.8 * radius}, 1, 0, 0);
   const auto field = energy::make_reference_evaluator(unseen, {})->field(stages.finished().map);
-  CHECK(field[0] == Approx(-0.1).margin(0.03));
-  CHECK(field[1] == Approx(0).margin(0.03));
-  CHECK(field[2] == Approx(0.1).margin(0.03));
+  CHECK(field[0] == Catch::Approx(-0.1).margin(0.03));
+  CHECK(field[1] == Catch::Approx(0).margin(0.03));
+  CHECK(field[2] == Catch::Approx(0.1).margin(0.03));
 }
 
 TEST_CASE("a fit can be taken step by step: each is a stage, and none follows the last") {
@@ -389,7 +389,7 @@ TEST_CASE("no stage is begun that the time limit would end before its first step
   fitting::Stages stages(problem, start, std::move(plan));
   CHECK(stages.run() == StopReason::time_limit);
   CHECK(stages.reports().size() == 2);
-  CHECK(seconds == Approx(2 * kPreparation));
+  CHECK(seconds == Catch::Approx(2 * kPreparation));
 }
 
 TEST_CASE("a level on a grid ends when it has converged, and so does the fit at the last") {
@@ -462,7 +462,7 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
   }
   for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
     if (before[side] == 0) continue;
-    CHECK(after[side] == Approx(before[side]));
+    CHECK(after[side] == Catch::Approx(before[side]));
     CHECK(least[side] >= 1.0 / 3 - 1e-12);
     CHECK(most[side] > 1);
   }
@@ -473,7 +473,7 @@ TEST_CASE("reweighting moves weight to what is badly captured and keeps its sums
       const double residual = field[i] - given[0].target[i];
       if (given[0].side[i] * residual <= 0) largest = std::max(largest, std::abs(residual));
     }
-    CHECK(std::abs(field[worst[0]] - given[0].target[worst[0]]) == Approx(largest));
+    CHECK(std::abs(field[worst[0]] - given[0].target[worst[0]]) == Catch::Approx(largest));
   }
 }
 

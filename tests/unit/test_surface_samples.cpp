@@ -1,5 +1,5 @@
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "base/larger_error.hpp"
 #include "qjulia/error.hpp"

@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <optional>
@@ -13,7 +13,7 @@
 #include "base/surroundings.hpp"
 #include "temporary_folder.hpp"
 
-using Catch::Matchers::Contains;
+using Catch::Matchers::ContainsSubstring;
 using qjulia::base::Finding;
 using qjulia::base::surroundings;
 using qjulia::test::TemporaryFolder;
@@ -93,8 +93,9 @@ TEST_CASE("a container says which nodes to pass") {
     const auto finding = found(surroundings(machine.root.path()), "container");
     REQUIRE(finding);
     CHECK(finding->path == std::string("/") + sign);
-    CHECK_THAT(finding->text, Contains("--device /dev/dri") && Contains("--device /dev/kfd") &&
-                                  Contains("--gpus all"));
+    CHECK_THAT(finding->text, ContainsSubstring("--device /dev/dri") &&
+                                  ContainsSubstring("--device /dev/kfd") &&
+                                  ContainsSubstring("--gpus all"));
     machine.file("dev/dri/renderD128");
     CHECK_FALSE(found(surroundings(machine.root.path()), "container"));
   }
@@ -105,13 +106,14 @@ TEST_CASE("Windows' Subsystem for Linux is known by its kernel or its node") {
   by_kernel.file("proc/version", "Linux version 5.15.90.1-microsoft-standard-WSL2");
   const auto without_node = found(surroundings(by_kernel.root.path()), "wsl");
   REQUIRE(without_node);
-  CHECK_THAT(without_node->text, Contains("/dev/dxg (it is not there") &&
-                                     Contains("wsl --update") && Contains("intel-opencl-icd"));
+  CHECK_THAT(without_node->text, ContainsSubstring("/dev/dxg (it is not there") &&
+                                     ContainsSubstring("wsl --update") &&
+                                     ContainsSubstring("intel-opencl-icd"));
   const Machine by_node;
   by_node.file("dev/dxg");
   const auto with_node = found(surroundings(by_node.root.path()), "wsl");
   REQUIRE(with_node);
-  CHECK_THAT(with_node->text, Contains("it is there"));
+  CHECK_THAT(with_node->text, ContainsSubstring("it is there"));
 }
 
 TEST_CASE("a flatpak says what to pass and where ICD files are") {
@@ -119,8 +121,9 @@ TEST_CASE("a flatpak says what to pass and where ICD files are") {
   machine.file(".flatpak-info", "[Application]\n");
   const auto finding = found(surroundings(machine.root.path()), "flatpak");
   REQUIRE(finding);
-  CHECK_THAT(finding->text,
-             Contains("--device=dri") && Contains("OpenCL/vendors") && Contains("OCL_ICD_VENDORS"));
+  CHECK_THAT(finding->text, ContainsSubstring("--device=dri") &&
+                                ContainsSubstring("OpenCL/vendors") &&
+                                ContainsSubstring("OCL_ICD_VENDORS"));
 }
 
 TEST_CASE("a list of drivers that is empty is named") {
@@ -129,11 +132,11 @@ TEST_CASE("a list of drivers that is empty is named") {
   const auto finding = found(surroundings(root.path()), "drivers");
   REQUIRE(finding);
   CHECK(finding->path == "/etc/OpenCL/vendors");
-  CHECK_THAT(finding->text, Contains("'/etc/OpenCL/vendors' holds no .icd file"));
+  CHECK_THAT(finding->text, ContainsSubstring("'/etc/OpenCL/vendors' holds no .icd file"));
   ::setenv("OCL_ICD_VENDORS", "/no/such/folder", 1);
   const auto own = found(surroundings(variable.root.path()), "drivers");
   REQUIRE(own);
-  CHECK_THAT(own->text, Contains("'/no/such/folder', which OCL_ICD_VENDORS names,"));
+  CHECK_THAT(own->text, ContainsSubstring("'/no/such/folder', which OCL_ICD_VENDORS names,"));
   ::unsetenv("OCL_ICD_VENDORS");
 }
 
@@ -143,19 +146,20 @@ TEST_CASE("a node that may not be opened is named with its group and a command")
   for (const char* node : nodes) {
     const auto path = machine.file(node);
     REQUIRE(::chmod(path.c_str(), ::geteuid() == 0 ? 0660 : 0060) == 0);
-    CHECK_THAT(as_nobody(machine.root.path()),
-               Contains("this user may not open /" + std::string(node) + "; it belongs to") &&
-                   Contains("sudo usermod -aG "));
+    CHECK_THAT(
+        as_nobody(machine.root.path()),
+        ContainsSubstring("this user may not open /" + std::string(node) + "; it belongs to") &&
+            ContainsSubstring("sudo usermod -aG "));
     REQUIRE(::chmod(path.c_str(), 0666) == 0);
-    CHECK_THAT(as_nobody(machine.root.path()), !Contains("may not open"));
+    CHECK_THAT(as_nobody(machine.root.path()), !ContainsSubstring("may not open"));
   }
   const auto path = machine.file("dev/kfd");
   REQUIRE(::chmod(path.c_str(), ::geteuid() == 0 ? 0600 : 0000) == 0);
-  CHECK_THAT(as_nobody(machine.root.path()),
-             Contains("no group may open it") && Contains("sudo chgrp render /dev/kfd"));
+  CHECK_THAT(as_nobody(machine.root.path()), ContainsSubstring("no group may open it") &&
+                                                 ContainsSubstring("sudo chgrp render /dev/kfd"));
   REQUIRE(::chmod(path.c_str(), ::geteuid() == 0 ? 0660 : 0060) == 0);
   machine.file(".dockerenv");
-  CHECK_THAT(as_nobody(machine.root.path()), Contains("--group-add "));
+  CHECK_THAT(as_nobody(machine.root.path()), ContainsSubstring("--group-add "));
 }
 
 TEST_CASE("a GPU that draws a screen is known by its connectors") {

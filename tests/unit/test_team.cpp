@@ -1,6 +1,6 @@
 // One fit over ranks that are threads.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <limits>
 #include <thread>
 
@@ -136,9 +136,9 @@ TEST_CASE("energy and gradient are the same bits on any number of ranks, and on 
     });
   };
   const energy::Evaluation first = found(1).front().result;
-  CHECK(first.energy == Approx(whole.energy).epsilon(1e-12));
+  CHECK(first.energy == Catch::Approx(whole.energy).epsilon(1e-12));
   for (std::size_t i = 0; i < whole.gradient.size(); ++i) {
-    CHECK(first.gradient[i] == Approx(whole.gradient[i]).epsilon(1e-9).margin(1e-12));
+    CHECK(first.gradient[i] == Catch::Approx(whole.gradient[i]).epsilon(1e-9).margin(1e-12));
   }
   for (const int size : {2, 3, 5, 7}) {
     for (const auto& [e, error] : found(size)) {
@@ -171,7 +171,7 @@ TEST_CASE("fields come in the samples' order, matrices are those of all samples"
        })) {
     CHECK(error.empty());
     CHECK(found.field == whole.field);
-    CHECK(found.energy == Approx(whole.energy).epsilon(1e-12));
+    CHECK(found.energy == Catch::Approx(whole.energy).epsilon(1e-12));
     CHECK(found.matrix.isApprox(whole.matrix, 1e-9));
     CHECK(found.products.isApprox(whole.products, 1e-9));
     CHECK(found.diagonal.isApprox(whole.diagonal, 1e-9));
@@ -215,7 +215,7 @@ TEST_CASE("a matrix of many samples is the undivided one of one part, and near i
       CHECK(error.empty());
       // By the logarithm of the scale, H is the sum of weights; a few samples near centres make up
       // much of the rest.
-      CHECK(found(0, 0) == Approx(whole(0, 0)).epsilon(0.02));
+      CHECK(found(0, 0) == Catch::Approx(whole(0, 0)).epsilon(0.02));
       CHECK(found.isApprox(whole, 0.3));
       CHECK((found == whole) == (parts == 1));
     }

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <map>
 #include <random>
@@ -53,7 +53,7 @@ void check_covers(const Polygon& polygon) {
     sum += area(polygon, t);
     for (std::size_t i = 0; i < 3; ++i) ++edges[{t[i], t[(i + 1) % 3]}];
   }
-  CHECK(sum == Approx(area(polygon)).epsilon(1e-5));
+  CHECK(sum == Catch::Approx(area(polygon)).epsilon(1e-5));
   const auto n = static_cast<std::uint32_t>(polygon.size());
   bool once = true;
   for (const auto& [edge, uses] : edges) {
@@ -95,7 +95,7 @@ TEST_CASE("concave polygons are covered, wherever they begin and whichever way t
   }
   // An arrowhead: the fan about its first corner has the area 65.
   const Polygon arrow = {{10, 0, 0}, {5, 1, 0}, {5, 9, 0}, {0, 0, 0}};
-  CHECK(area(arrow) == Approx(25));
+  CHECK(area(arrow) == Catch::Approx(25));
   check_covers(arrow);
 }
 
@@ -136,7 +136,7 @@ TEST_CASE("a hole that a bridge joins to the boundary stays open") {
   CHECK(result.is_simple);
   double sum = 0;
   for (const Triangle& t : result.triangles) sum += area(ring, t);
-  CHECK(sum == Approx(32));
+  CHECK(sum == Catch::Approx(32));
 }
 
 TEST_CASE("orientations are exact where double precision rounds them to none") {
@@ -152,7 +152,7 @@ TEST_CASE("repeated corners give triangles without area") {
   CHECK(result.is_simple);
   double sum = 0;
   for (const Triangle& t : result.triangles) sum += area(polygon, t);
-  CHECK(sum == Approx(4));
+  CHECK(sum == Catch::Approx(4));
 }
 
 TEST_CASE("polygons that cross themselves or have no area are told") {

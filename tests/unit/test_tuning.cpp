@@ -1,6 +1,6 @@
 // Settings: what is read, and what is refused.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -32,7 +32,7 @@ TEST_CASE("settings out of range, missing or unknown are refused by name") {
       nlohmann::json json = to_json(some());
       json[name] = wrong;
       CAPTURE(json.dump());
-      CHECK_THROWS_WITH(tuning_from(json), Catch::Contains(name));
+      CHECK_THROWS_WITH(tuning_from(json), Catch::Matchers::ContainsSubstring(name));
     }
     nlohmann::json json = to_json(some());
     json.erase(name);
@@ -42,13 +42,13 @@ TEST_CASE("settings out of range, missing or unknown are refused by name") {
   }
   Tuning tuning = some();
   tuning.lane_width = 4;
-  CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("1, 8 or 16"));
+  CHECK_THROWS_WITH(tuning.validate(), Catch::Matchers::ContainsSubstring("1, 8 or 16"));
   tuning = some();
   tuning.product_side = 8;
-  CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("1, or 16"));
+  CHECK_THROWS_WITH(tuning.validate(), Catch::Matchers::ContainsSubstring("1, or 16"));
   tuning = some();
   tuning.panel_block = 100;
-  CHECK_THROWS_WITH(tuning.validate(), Catch::Contains("multiple"));
+  CHECK_THROWS_WITH(tuning.validate(), Catch::Matchers::ContainsSubstring("multiple"));
 }
 
 TEST_CASE("layouts suit their devices, and ask for no larger groups than a device has") {
@@ -96,8 +96,8 @@ TEST_CASE("layouts suit their devices, and ask for no larger groups than a devic
 
 TEST_CASE("differences are of the largest number") {
   CHECK(profiling::largest_difference({1, 2, 100}, {1, 2, 100}) == 0);
-  CHECK(profiling::largest_difference({1, 3, 100}, {1, 2, 100}) == Approx(0.01));
-  CHECK(profiling::largest_difference({-1e-3}, {1e-3}) == Approx(2));
+  CHECK(profiling::largest_difference({1, 3, 100}, {1, 2, 100}) == Catch::Approx(0.01));
+  CHECK(profiling::largest_difference({-1e-3}, {1e-3}) == Catch::Approx(2));
   CHECK(profiling::largest_difference({0, 0}, {0, 0}) == 0);
   CHECK(profiling::largest_difference({1}, {1, 2}) == std::numeric_limits<double>::infinity());
   CHECK(profiling::largest_difference({std::nan("")}, {1}) ==

@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 
 #include "qjulia/mesh.hpp"
 #include "shapes.hpp"

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -170,7 +170,7 @@ TEST_CASE("the wall of a hollow sphere is as thick as the shell, at any scale") 
 
 TEST_CASE("walls of slabs, wedges and other convex polyhedra are right near edges too") {
   const TriangleMesh slab = shapes::box({0, 0, 0}, {10, 10, 0.3});
-  CHECK(wall_thickness(slab).median == Approx(0.3).epsilon(1e-3));
+  CHECK(wall_thickness(slab).median == Catch::Approx(0.3).epsilon(1e-3));
   for (const double scale : {1e-3, 1.0, 1e3}) {
     for (const TriangleMesh& shape : {slab, prism(3, 1, 6), prism(4, 1, 0.2), prism(6, 1, 1)}) {
       const TriangleMesh mesh = shapes::moved(shape, scale, Eigen::Vector3d::Zero());
@@ -195,7 +195,7 @@ TEST_CASE("a cylinder is as thick as the ball in it, although its sides are flat
     CAPTURE(sides);
     CHECK(errors.largest < 0.01);
     CHECK(wall_thickness(prism(sides, 1, height)).median ==
-          Approx(2 * std::cos(std::numbers::pi / sides)).epsilon(0.015));
+          Catch::Approx(2 * std::cos(std::numbers::pi / sides)).epsilon(0.015));
   }
 }
 
@@ -218,17 +218,17 @@ TEST_CASE("walls are as thick as the balls that fit between them") {
   const TriangleMesh slabs =
       shapes::joined(shapes::box({0, 0, 0}, {10, 10, 0.5}), shapes::box({20, 0, 0}, {40, 20, 2}));
   const WallThickness walls = wall_thickness(slabs);
-  CHECK(walls.tenth == Approx(0.5).epsilon(0.05));
-  CHECK(walls.median == Approx(2).epsilon(0.01));
+  CHECK(walls.tenth == Catch::Approx(0.5).epsilon(0.05));
+  CHECK(walls.median == Catch::Approx(2).epsilon(0.01));
   // Balls that touch close to an edge are smaller.
   CHECK(walls.thinnest < 0.9 * walls.tenth);
-  CHECK(wall_thickness(shapes::sphere(4)).median == Approx(2).epsilon(0.01));
+  CHECK(wall_thickness(shapes::sphere(4)).median == Catch::Approx(2).epsilon(0.01));
 }
 
 TEST_CASE("walls of a mesh that is inside out are those of the mesh turned") {
   const TriangleMesh mesh = shapes::sphere(3);
   CHECK(wall_thickness(shapes::inside_out(mesh)).median ==
-        Approx(wall_thickness(mesh).median).epsilon(1e-3));
+        Catch::Approx(wall_thickness(mesh).median).epsilon(1e-3));
 }
 
 TEST_CASE("a stop request ends the measuring of walls") {
@@ -246,8 +246,8 @@ TEST_CASE("nearest points of a tree of triangles are those found by going over a
     const Eigen::Vector3d p(x, y, shapes::centred(random));
     const double wanted = reference::distance(mesh, p);
     const auto exact = tree.nearest(p);
-    CHECK(exact.distance == Approx(wanted).epsilon(1e-9));
-    CHECK((exact.position - p).norm() == Approx(wanted).epsilon(1e-9));
+    CHECK(exact.distance == Catch::Approx(wanted).epsilon(1e-9));
+    CHECK((exact.position - p).norm() == Catch::Approx(wanted).epsilon(1e-9));
     const double loose = tree.nearest(p, 0.05).distance;
     CHECK(loose >= wanted * (1 - 1e-9));
     CHECK(loose <= wanted * 1.05);
@@ -258,10 +258,10 @@ TEST_CASE("rays meet the first triangle on their way") {
   const shape::TriangleTree tree(shapes::box());
   const double infinity = std::numeric_limits<double>::infinity();
   const Eigen::Vector3d inside(0.1, 0.2, 0.3), along = Eigen::Vector3d::UnitX();
-  CHECK(tree.first_hit(inside, along, 0) == Approx(0.9));
-  CHECK(tree.first_hit(inside, -along, 0) == Approx(1.1));
-  CHECK(tree.first_hit({-1, 0.2, 0.3}, along, 1e-9) == Approx(2));
+  CHECK(tree.first_hit(inside, along, 0) == Catch::Approx(0.9));
+  CHECK(tree.first_hit(inside, -along, 0) == Catch::Approx(1.1));
+  CHECK(tree.first_hit({-1, 0.2, 0.3}, along, 1e-9) == Catch::Approx(2));
   CHECK(tree.first_hit({3, 0.2, 0.3}, along, 0) == infinity);
   // Along the diagonal that two triangles of a side share.
-  CHECK(tree.first_hit({0, 0.5, 0.5}, along, 0) == Approx(1));
+  CHECK(tree.first_hit({0, 0.5, 0.5}, along, 0) == Catch::Approx(1));
 }

@@ -1,6 +1,6 @@
 // The order in which clients of `qjulia explore` get their work done.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <chrono>
 #include <future>
 

@@ -1,6 +1,6 @@
 // Meshes for printers: .3mf.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <set>
 #include <sstream>
 
@@ -94,7 +94,7 @@ TEST_CASE("in a .3mf each body is an object, together with its cavities") {
     CHECK(inspect(object.mesh).closed());
     volume += signed_volume(object.mesh);
   }
-  CHECK(volume == Approx(signed_volume(mesh)).epsilon(1e-6));
+  CHECK(volume == Catch::Approx(signed_volume(mesh)).epsilon(1e-6));
   CHECK(model.objects[1].head.find("name=\"a &lt;b&gt; 2 of 3\"") != std::string::npos);
   // They keep their places to each other, the lowest on the plate.
   const auto items = pieces(model.text, "<item ", "/>");
@@ -129,8 +129,8 @@ TEST_CASE("a .3mf is in millimetres and stands on the plate") {
   const PrintModel turned = written(mesh, centimetres);
   CHECK(turned.text.find("unit=\"millimeter\"") != std::string::npos);
   CHECK(turned.objects.at(0).mesh.box().size().isApprox(Eigen::Vector3d(50, 190, 100)));
-  CHECK(turned.objects.at(0).mesh.box().high.z() == Approx(80));
-  CHECK(signed_volume(turned.objects.at(0).mesh) == Approx(1000 * signed_volume(mesh)));
+  CHECK(turned.objects.at(0).mesh.box().high.z() == Catch::Approx(80));
+  CHECK(signed_volume(turned.objects.at(0).mesh) == Catch::Approx(1000 * signed_volume(mesh)));
   CHECK_THROWS_AS(written(mesh, {.metres_per_unit = 0}), OptionError);
 }
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -215,7 +215,7 @@ TEST_CASE("what holds no colours is the same with and without them") {
   TriangleMesh mesh = colored_sphere(false);
   mesh.colors.pop_back();
   CHECK_THROWS_WITH(write_mesh(mesh, written_folder.path() / "few.ply"),
-                    Catch::Contains("colours"));
+                    Catch::Matchers::ContainsSubstring("colours"));
 }
 
 TEST_CASE("files stand upright where their format has an up, and keep coordinates elsewhere") {
@@ -234,11 +234,11 @@ TEST_CASE("files stand upright where their format has an up, and keep coordinate
     const TriangleMesh print = read_mesh(written("up.stl", up));
     CHECK(print.box().high.z() == top);
     CHECK(print.box().size().z() == std::abs(along(mesh.box().size())));
-    CHECK(signed_volume(print) == Approx(signed_volume(mesh)));
+    CHECK(signed_volume(print) == Catch::Approx(signed_volume(mesh)));
 
     const TriangleMesh glb = read_glb(written("up.glb", up));
-    CHECK(glb.box().high.y() == Approx(top));
-    CHECK(glb.box().size().y() == Approx(std::abs(along(mesh.box().size()))));
+    CHECK(glb.box().high.y() == Catch::Approx(top));
+    CHECK(glb.box().size().y() == Catch::Approx(std::abs(along(mesh.box().size()))));
     CHECK(glb.vertices.size() == mesh.vertices.size());
 
     for (const std::string name : {"up.ply", "up.obj", "up.off"}) {
@@ -248,7 +248,7 @@ TEST_CASE("files stand upright where their format has an up, and keep coordinate
   }
   const std::string upright = test::read_text(written("up.stl", UpAxis::z));
   CHECK(upright == test::read_text(written("up.stl", {})));
-  CHECK(read_glb(written("up.glb", {})).box().high.y() == Approx(16));
+  CHECK(read_glb(written("up.glb", {})).box().high.y() == Catch::Approx(16));
 }
 
 TEST_CASE("files without an up of their own are turned where they are asked to") {
@@ -259,12 +259,12 @@ TEST_CASE("files without an up of their own are turned where they are asked to")
     const auto path = written_folder.path() / name;
     write_mesh(mesh, path, MeshFileOptions{.up = UpAxis::minus_x, .file_up = UpAxis::z});
     const TriangleMesh turned = read_mesh(path);
-    CHECK(turned.box().high.z() == Approx(1));
-    CHECK(turned.box().size().z() == Approx(5));
-    CHECK(signed_volume(turned) == Approx(signed_volume(mesh)));
+    CHECK(turned.box().high.z() == Catch::Approx(1));
+    CHECK(turned.box().size().z() == Catch::Approx(5));
+    CHECK(signed_volume(turned) == Catch::Approx(signed_volume(mesh)));
     // Without a known up, y is.
     write_mesh(mesh, path, MeshFileOptions{.file_up = UpAxis::z});
-    CHECK(read_mesh(path).box().size().z() == Approx(10));
+    CHECK(read_mesh(path).box().size().z() == Catch::Approx(10));
   }
   const std::string obj = test::read_text(written_folder.path() / "turned.obj");
   std::istringstream after(obj.substr(obj.find("\nv ") + 3));

@@ -1,6 +1,6 @@
 // ZIP archives as they are written.
 
-#include <catch2/catch.hpp>
+#include <catch2/catch_all.hpp>
 #include <sstream>
 
 #include "base/zip_file.hpp"
