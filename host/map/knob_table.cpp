@@ -295,7 +295,7 @@ std::span<const Knob> knob_table() {
   return all;
 }
 
-const Knob& knob_named(const std::string& name) {
+const Knob& knob_named(std::string_view name) {
   const auto found = std::ranges::find(knob_table(), name, &Knob::name);
   if (found == knob_table().end()) throw InputError(fmt::format("there is no knob '{}'", name));
   return *found;

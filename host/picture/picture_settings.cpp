@@ -238,7 +238,7 @@ std::span<const PictureSetting> picture_settings() {
   return all;
 }
 
-const PictureSetting& picture_setting_named(const std::string& name) {
+const PictureSetting& picture_setting_named(std::string_view name) {
   const auto found = std::ranges::find(picture_settings(), name, &PictureSetting::name);
   if (found == picture_settings().end()) {
     throw InputError(fmt::format("there is no setting '{}' of pictures", name));

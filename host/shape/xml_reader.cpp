@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <new>
 #include <utility>
@@ -66,7 +67,16 @@ struct XmlReader::State {
     const XML_Error error = XML_GetErrorCode(parser.get());
     if (error == XML_ERROR_NO_MEMORY) throw std::bad_alloc();
     file.refuse(fmt::format("'{}' in it is not well-formed XML: line {}: {}; export it again", part,
-                            XML_GetCurrentLineNumber(parser.get()), XML_ErrorString(error)));
+                            line(), XML_ErrorString(error)));
+  }
+
+  /// Where the parser is.
+  std::uint64_t line() const {
+#ifdef XML_ATTR_DEPRECATED  // Expat deprecates lines counted in 32 bits since it counts them in 64
+    return XML_GetCurrentLineNumber64(parser.get());
+#else
+    return XML_GetCurrentLineNumber(parser.get());
+#endif
   }
 };
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "qjulia/knobs.hpp"
@@ -34,7 +35,7 @@ struct Knob : Setting {
 std::span<const Knob> knob_table();
 
 /// The knob whose member of the struct has this name. @throws InputError where there is none.
-const Knob& knob_named(const std::string& name);
+const Knob& knob_named(std::string_view name);
 
 /// The knobs as the map has them: turned so, they change nothing. Without `order_seed`.
 MapKnobs knobs_of(const Map& map);

@@ -4,6 +4,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "qjulia/picture.hpp"
@@ -26,7 +27,7 @@ struct PictureSetting : Setting {
 std::span<const PictureSetting> picture_settings();
 
 /// The setting whose member of the struct has this name. @throws InputError where there is none.
-const PictureSetting& picture_setting_named(const std::string& name);
+const PictureSetting& picture_setting_named(std::string_view name);
 
 /// The material that `to_string` gives this name, else none.
 std::optional<Material> material_named(std::string_view name);

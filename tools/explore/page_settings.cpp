@@ -56,7 +56,7 @@ json control_json(const Control& control, const std::string& help, const json& u
   if (!control.words.empty()) {
     made["words"] = json::array({usual});  // the usual one first
     for (const std::string& word : control.words) {
-      if (word != usual) made["words"].push_back(word);
+      if (json(word) != usual) made["words"].push_back(word);
     }
     return made;
   }
