@@ -316,6 +316,21 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
   file.commit();
 }
 
+bool overwrite_file(const std::filesystem::path& path, std::string_view text) {
+  FileBuffer buffer;
+  const int file = ::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) return false;
+  buffer.take(file);
+  struct stat info {};
+  if (::fstat(file, &info) != 0 || !S_ISREG(info.st_mode)) return false;
+  const auto size = static_cast<std::size_t>(info.st_size);
+  if (text.size() > size) return false;
+  std::ostream out(&buffer);
+  out << text << std::string(size - text.size(), ' ');
+  out.flush();
+  return buffer.error() == 0 && ::fsync(file) == 0;
+}
+
 void remove_leftovers(const std::filesystem::path& path) {
   if (is_special(path)) return;
   const auto target = link_target(path);

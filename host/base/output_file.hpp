@@ -64,6 +64,11 @@ class ScratchFile {
 /// Writes `text` to `path`, all or nothing. @throws OutputError
 void write_file(const std::filesystem::path& path, std::string_view text);
 
+/// Writes `text` into a regular file that is there and as long or longer, and blanks after it. Most
+/// file systems need no space for this, so that it can be done on a full disk; whoever reads or
+/// kills at that moment may find half of it. @return whether it is written.
+bool overwrite_file(const std::filesystem::path& path, std::string_view text);
+
 /// Removes temporary files of `path` that killed processes have left.
 void remove_leftovers(const std::filesystem::path& path);
 /// The same for all files of a folder.

@@ -154,6 +154,35 @@ cp -rp "$disk/out" "$results"
   CHECK(read_summary(folder / "results")["counts"]["done"] == 5);
 }
 
+/// On disks of one page after another: on one of them there is room for a status and for nothing
+/// else.
+TEST_CASE("a fit that a full disk has ended says so in its row, now and later") {
+  const TemporaryFolder folder;
+  folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const std::string manifest =
+      folder.file("m.toml", "[[fit]]\nmesh = \"ball.obj\"\nfactors = 8\nmax_evaluations = 1\n");
+  const std::string script = folder.file("full_disks.sh", R"(
+set -u
+disk=$1 manifest=$2
+for pages in 2 3 4 5; do
+  mkdir -p "$disk.$pages" && mount -t tmpfs -o size=$((4 * pages))k tmpfs "$disk.$pages" || exit 77
+  "$QJULIA" batch "$manifest" -o "$disk.$pages" --device cpu 2>&1 | sed 's/^/run: /'
+  "$QJULIA" batch --status "$disk.$pages" 2>&1 | sed 's/^/later: /'
+done
+)");
+  RunOptions options;
+  options.environment = {{"QJULIA", QJULIA_COMMAND}};
+  const ProcessResult result = qjulia::test::run({"/usr/bin/unshare", "--map-root-user", "--mount",
+                                                  "/bin/bash", script, folder / "disk", manifest},
+                                                 options);
+  CAPTURE(result.out, result.err);
+  INFO("this test mounts small disks: it needs root, or user namespaces");
+  REQUIRE(result.exit_code == 0);
+  const std::string row = "failed      ball  cannot write '";
+  CHECK_THAT(result.out, ContainsSubstring("run:   " + row) && ContainsSubstring("later: " + row));
+  CHECK_THAT(result.out, !ContainsSubstring("without a word"));
+}
+
 TEST_CASE("a fit makes do with less memory on the device, or says what it lacks") {
   const TemporaryFolder folder;
   const std::string mesh =

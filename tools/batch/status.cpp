@@ -35,6 +35,10 @@ using nlohmann::json;
 
 constexpr std::uint64_t kLargestFile = std::uint64_t{64} << 20;
 
+/// Blanks in the status of an entry that is under way. Where the disk is full when the entry ends,
+/// its last status takes their place, with the reason.
+constexpr std::size_t kRoom = 2048;
+
 }  // namespace
 
 std::string to_string(EntryState state) { return json(state).get<std::string>(); }
@@ -47,8 +51,17 @@ json EntryStatus::to_json() const {
   return all;
 }
 
+namespace {
+
+/// File names need not be UTF-8.
+std::string text_of(const json& object) {
+  return object.dump(1, ' ', false, json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace
+
 void write_json(const std::filesystem::path& file, const json& object) {
-  base::write_file(file, object.dump(1, ' ', false, json::error_handler_t::replace) + '\n');
+  base::write_file(file, text_of(object));
 }
 
 std::filesystem::path status_path(const std::filesystem::path& folder, const std::string& name) {
@@ -91,7 +104,14 @@ std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
 }
 
 void write_status(const std::filesystem::path& folder, const EntryStatus& status) {
-  write_json(status_path(folder, status.name), status.to_json());
+  const auto path = status_path(folder, status.name);
+  const std::string text = text_of(status.to_json());
+  const std::size_t room = status.state == EntryState::running ? kRoom : 0;
+  try {
+    base::write_file(path, text + std::string(room, ' '));
+  } catch (const OutputError&) {
+    if (!base::overwrite_file(path, text)) throw;
+  }
 }
 
 json settings_of(const BatchEntry& entry, const BatchOptions& options) {

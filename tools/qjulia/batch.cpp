@@ -287,7 +287,12 @@ int finish(const BatchArguments& arguments, std::size_t settled,
         fmt::format("{} is done, and --resume does it again, since its status is not kept: {}",
                     status.name, status.error));
   }
-  batch::write_summary(arguments.folder, entries);
+  std::string unwritten;
+  try {
+    batch::write_summary(arguments.folder, entries);
+  } catch (const OutputError& error) {
+    unwritten = error.what();
+  }
   std::string text = totals(entries) + fmt::format("; {:.1f} s", session.seconds());
   for (const batch::EntryStatus& entry : entries) {
     if (entry.state != batch::EntryState::done) text += "\n  " + describe(entry);
@@ -301,13 +306,16 @@ int finish(const BatchArguments& arguments, std::size_t settled,
         "it redoes them",
         not_again);
   }
-  const std::filesystem::path folder = arguments.folder;
-  text += fmt::format("\nsummary: {}, .csv; page: {}", (folder / "summary.json").string(),
-                      (folder / "index.html").string());
+  if (unwritten.empty()) {
+    const std::filesystem::path folder = arguments.folder;
+    text += fmt::format("\nsummary: {}, .csv; page: {}", (folder / "summary.json").string(),
+                        (folder / "index.html").string());
+  }
   nlohmann::json json = report(entries);
   json["seconds"] = session.seconds();
   json["folder"] = arguments.folder;
   session.console.summary(text, json);
+  if (!unwritten.empty()) throw OutputError(unwritten);
   if (done == entries.size() && not_again == 0) return kDone;
   if (!session.interrupts.requested()) return kFailed;
   session.console.note("interrupted; --resume does the rest");
