@@ -22,11 +22,16 @@ double detail_for(const Device& device, const Map& map, DetailWord word,
                       "number");
   }
   const bool is_exact = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
-  const double detail = chosen_detail(
-      word, radial_spread(mesh, map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero())),
-      is_exact ? kExactRule : kFittedRule);
-  // The map's box, of which its detail is a fraction, is larger than a shape that has been turned.
-  return map.frame.box ? detail * mesh.box().diagonal() / map.frame.box->diagonal() : detail;
+  RadialSpread spread =
+      radial_spread(mesh, map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero()));
+  double diagonal = mesh.box().diagonal();
+  if (map.frame.diagonal) {  // the shape has been turned, and its box had other sides before
+    diagonal = *map.frame.diagonal;
+    if (map.frame.box) spread.longest_side = longest_side(map) / diagonal;
+  }
+  const double detail = chosen_detail(word, spread, is_exact ? kExactRule : kFittedRule);
+  // The box that the map says need not be that of its surface.
+  return detail * diagonal / map.frame.own_diagonal().value_or(diagonal);
 }
 
 }  // namespace qjulia

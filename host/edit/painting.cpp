@@ -237,7 +237,8 @@ std::vector<ThicknessAt> local_thickness(const Device& device, const Map& map,
 /// min(1, c τ / δ) with τ the thickness of the shape there.
 std::vector<double> of_thickness(const Device& device, const Map& map, const Paint& paint,
                                  const Box& box, double factor, const ProgressMonitor& monitor) {
-  const double shell = *map.frame.detail * box.diagonal();
+  const double shell =
+      *map.frame.detail * map.frame.own_diagonal().value() * map.frame.shape_to_map.scale;
   const Vector3d size = box.size();
   const double step = std::max(std::cbrt(size.prod() / kMostSamples), size.maxCoeff() / kMostSteps);
   // A layer of points outside all around.

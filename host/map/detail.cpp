@@ -79,8 +79,9 @@ double median_level(const Field& field, std::span<const Eigen::Vector3d> surface
 }
 
 Map with_measured_detail(const Device& device, Map map, std::span<const Eigen::Vector3d> surface) {
-  if (!map.frame.box) throw InputError("the map does not say the shape's \"box\": fit it again");
-  const double diagonal = map.frame.shape_to_map.scale * map.frame.box->diagonal();
+  const std::optional<double> own = map.frame.own_diagonal();
+  if (!own) throw InputError("the map does not say the shape's \"box\": fit it again");
+  const double diagonal = map.frame.shape_to_map.scale * *own;
   map.frame.detail = shell_thickness(Field(device, map), surface, map.dynamics.slice) / diagonal;
   return map;
 }

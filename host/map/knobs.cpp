@@ -60,10 +60,8 @@ Map rotated(Map map, const Rotation& rotation) {
   }
   const Eigen::Vector3d origin = map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero());
   if (!map.frame.box) return map;
-  const double diagonal = map.frame.box->diagonal();
+  map.frame.diagonal = map.frame.own_diagonal();  // the turned box has a longer one
   map.frame.box = map::image_of(*map.frame.box, turn, origin, origin);
-  // The shell stays as thick, as a fraction of a larger box.
-  if (map.frame.detail) *map.frame.detail *= diagonal / map.frame.box->diagonal();
   return map;
 }
 

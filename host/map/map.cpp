@@ -102,6 +102,7 @@ void check_frame(const Frame& frame) {
   }
   check_vector(to_map.translation, "shape_to_map.translation");
   if (frame.detail) check_positive(*frame.detail, "detail");
+  if (frame.diagonal) check_positive(*frame.diagonal, "diagonal");
   if (frame.inradius) check_positive(*frame.inradius, "inradius");
   if (!frame.box) return;
   check_vector(frame.box->low, "box[0]");
@@ -165,6 +166,7 @@ Map with_longest_side(Map map, double length) {
   const double factor = length / longest_side(map);
   map.frame.box = Box{factor * map.frame.box->low, factor * map.frame.box->high};
   if (map.frame.inradius) *map.frame.inradius *= factor;
+  if (map.frame.diagonal) *map.frame.diagonal *= factor;
   map.frame.shape_to_map.scale /= factor;
   return map;
 }

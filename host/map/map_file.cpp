@@ -44,11 +44,12 @@ void check_header(const Object& top) {
 
 int file_version(const Map& map) {
   const auto version_of = [](const auto& kind) { return kind.kFileVersion; };
-  return std::max(
-      {map.layers.steepness == 1 && map.layers.portals.empty() && !map.layers.paint && !map.frame.up
-           ? 1
-           : 2,
-       std::visit(version_of, map.dynamics.modulus), std::visit(version_of, map.dynamics.versor)});
+  return std::max({map.layers.steepness == 1 && map.layers.portals.empty() && !map.layers.paint &&
+                           !map.frame.up && !map.frame.diagonal
+                       ? 1
+                       : 2,
+                   std::visit(version_of, map.dynamics.modulus),
+                   std::visit(version_of, map.dynamics.versor)});
 }
 
 /// Sets the map's modulus and versor to the kinds that the file's "kind" names.
@@ -84,7 +85,7 @@ std::vector<std::string_view> keys_of(const Map& map) {
   map::visit_map_members(map, [&](const char* name, const auto&) {
     if (std::ranges::find(keys, std::string_view(name)) == keys.end()) keys.emplace_back(name);
   });
-  keys.insert(keys.end(), {"shape_to_map", "detail", "inradius", "box", "up"});
+  keys.insert(keys.end(), {"shape_to_map", "detail", "diagonal", "inradius", "box", "up"});
   if (map::takes_factors(map)) keys.emplace_back("factors");
   keys.emplace_back("provenance");
   return keys;
@@ -95,7 +96,7 @@ constexpr const char* kFormerSteepness = "tufts";
 
 bool needs_version_2(std::string_view key) {
   return key == "steepness" || key == kFormerSteepness || key == "portals" || key == "paint" ||
-         key == "up";
+         key == "up" || key == "diagonal";
 }
 
 UpAxis read_up(const Object& top) {
@@ -200,6 +201,7 @@ json to_json(const Map& map) {
   if (!map.layers.portals.empty()) result["portals"] = map::json_of(map.layers.portals);
   if (map.layers.paint) result["paint"] = map::json_of(*map.layers.paint);
   if (map.frame.detail) result["detail"] = *map.frame.detail;
+  if (map.frame.diagonal) result["diagonal"] = *map.frame.diagonal;
   if (map.frame.inradius) result["inradius"] = *map.frame.inradius;
   if (map.frame.box) {
     result["box"] =
@@ -240,6 +242,7 @@ Map map_from_json(const json& value, const std::string& source) {
   shape_to_map.expect_only({"scale", "translation"});
   map.frame.shape_to_map = {shape_to_map.number("scale"), shape_to_map.vector("translation")};
   if (top.has("detail")) map.frame.detail = top.number("detail");
+  if (top.has("diagonal")) map.frame.diagonal = top.number("diagonal");
   if (top.has("inradius")) map.frame.inradius = top.number("inradius");
   if (top.has("box")) map.frame.box = top.box("box");
   if (top.has("up")) map.frame.up = read_up(top);

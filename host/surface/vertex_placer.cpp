@@ -32,8 +32,9 @@ using Defines = std::map<std::string, int>;
 
 /// |∇F_1| about the surface, map units; 0 if the map does not say its detail.
 double slope_of(const Map& map) {
-  if (!map.frame.detail || !map.frame.box) return 0;
-  return 1 / (*map.frame.detail * map.frame.box->diagonal() * map.frame.shape_to_map.scale);
+  const std::optional<double> diagonal = map.frame.own_diagonal();
+  if (!map.frame.detail || !diagonal) return 0;
+  return 1 / (*map.frame.detail * *diagonal * map.frame.shape_to_map.scale);
 }
 
 }  // namespace

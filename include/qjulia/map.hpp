@@ -78,7 +78,14 @@ struct Frame {
   std::optional<Box> box;          ///< the shape's, shape units
   std::optional<double> inradius;  ///< the shape's, shape units
   std::optional<UpAxis> up;        ///< how the shape stands
-  std::optional<double> detail;    ///< δ as a fraction of the box's diagonal
+  std::optional<double> detail;    ///< δ as a fraction of `own_diagonal`
+  /// Of the shape's box before the shape was turned, shape units; none: it has not been.
+  std::optional<double> diagonal;
+
+  /// The diagonal of the shape's own box, which turning does not change, shape units.
+  std::optional<double> own_diagonal() const {
+    return diagonal || !box ? diagonal : std::optional(box->diagonal());
+  }
 };
 
 /// A map as the map file holds it (docs/reference/map-format.md).

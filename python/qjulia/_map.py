@@ -428,8 +428,13 @@ InputError
 
     @property
     def detail(self):
-        """The shell's thickness as a fraction of the box's diagonal, or None."""
+        """The shell's thickness as a fraction of the shape's diagonal, or None."""
         return self._numbers["detail"]
+
+    @property
+    def diagonal(self):
+        """Of the shape's own box, which turning does not change, in its units, or None."""
+        return self._numbers["diagonal"]
 
     @property
     def steepness(self):

@@ -114,6 +114,7 @@ py::dict numbers_of(const KeptMap& self) {
     return py::float_(*value);
   };
   all["detail"] = number(frame.detail);
+  all["diagonal"] = number(frame.own_diagonal());
   all["inradius"] = number(frame.inradius);
   all["up"] = py::none();
   if (frame.up) all["up"] = to_string(*frame.up);

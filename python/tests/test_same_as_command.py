@@ -86,6 +86,8 @@ def test_knobs_turn_alike(command, fitted_file, map, tmp_path, device):
     turned = map.with_knobs(**knobs, device=device)
     values, _ = turned.sample(24, device=device)
     assert same_bits(values, np.load(tmp_path / "field.npy"))
+    assert turned.diagonal == map.diagonal
+    assert np.linalg.norm(turned.box[1] - turned.box[0]) > map.diagonal
 
 
 def test_a_field_is_the_same_on_a_grid_and_at_points(command, fitted_file, map, tmp_path, device):

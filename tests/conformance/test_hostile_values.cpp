@@ -178,6 +178,7 @@ std::vector<NamedMap> broken_maps() {
       {"scale", with([](auto& m) { m.frame.shape_to_map.scale = 0; })},
       {"translation", with([](auto& m) { m.frame.shape_to_map.translation = kNowhere; })},
       {"detail", with([](auto& m) { m.frame.detail = -1; })},
+      {"diagonal", with([](auto& m) { m.frame.diagonal = 0; })},
       {"inradius", with([](auto& m) { m.frame.inradius = kNan; })},
       {"box", with([](auto& m) {
          m.frame.box = Box{{1, 1, 1}, {-1, -1, -1}};
@@ -694,7 +695,8 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     });
     survives("fit, limits", [&] {
       FitOptions options = fitted;
-      options.time_limit = options.target_iou = x;
+      options.time_limit = x;
+      options.target_iou = x;
       fit(on_device(), mesh, options);
     });
     survives("exact_map", [&] {

@@ -170,8 +170,25 @@ TEST_CASE("a turned map has a larger box, and a shape and a shell as large as be
   CHECK(turned.frame.box->size().maxCoeff() > 3);
   CHECK(longest_side(turned) == Catch::Approx(longest_side(map)));
   CHECK(with_longest_side(turned, 80).frame.shape_to_map.scale == Catch::Approx(kMapSide / 80));
-  CHECK(*turned.frame.detail * turned.frame.box->diagonal() ==
-        Catch::Approx(*map.frame.detail * map.frame.box->diagonal()));
+  CHECK(turned.frame.detail == map.frame.detail);
+  CHECK(*turned.frame.own_diagonal() == Catch::Approx(map.frame.box->diagonal()));
+  CHECK(turned.frame.box->diagonal() > 1.1 * map.frame.box->diagonal());
+  const Map smaller = with_longest_side(turned, longest_side(map) / 2);
+  CHECK(*smaller.frame.own_diagonal() == Catch::Approx(map.frame.box->diagonal() / 2));
+
+  // The detail means the same before and after the turn, and after another one.
+  MapKnobs thinner;
+  thinner.detail = 0.01;
+  const Map first = with_knobs(test::shared_device(), turned, thinner);
+  thinner.rotate = knobs.rotate;
+  const Map last = with_knobs(test::shared_device(), map, thinner);
+  const Map twice = with_knobs(test::shared_device(), turned, thinner);
+  CHECK(twice.frame.own_diagonal() == turned.frame.own_diagonal());
+  for (std::size_t k = 0; k < map.dynamics.factors.size(); ++k) {
+    const double exponent = last.dynamics.factors[k].exponent;
+    CHECK(first.dynamics.factors[k].exponent == Catch::Approx(exponent));
+    CHECK(twice.dynamics.factors[k].exponent == Catch::Approx(exponent));
+  }
 }
 
 TEST_CASE("the slice is the W that points are seen on") {

@@ -176,6 +176,28 @@ TEST_CASE("a map keeps how its shape stands, in version 2") {
   CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("\"up\""));
 }
 
+TEST_CASE("a map keeps the diagonal that its shape had before it was turned, in version 2") {
+  const Folder folder;
+  Map map = full_map();
+  CHECK_FALSE(to_json(map).contains("diagonal"));
+  CHECK(map.frame.own_diagonal() == map.frame.box->diagonal());
+  map.frame.diagonal = 2.0 / 3;
+  CHECK(to_json(map)["version"] == 2);
+  write_map(map, folder / "turned.qjulia.json");
+  const Map back = read_map(folder / "turned.qjulia.json");
+  CHECK(same_bits(*back.frame.diagonal, *map.frame.diagonal));
+  CHECK(back.frame.own_diagonal() == map.frame.diagonal);
+  json text = to_json(map);
+  text["version"] = 1;
+  CHECK_THAT(refusal(folder, text.dump()),
+             Catch::Matchers::ContainsSubstring("unknown key \"diagonal\""));
+  for (const json& wrong : {json(0), json(-1), json("1"), json(), json(1e200)}) {
+    text = to_json(map);
+    text["diagonal"] = wrong;
+    CHECK_THAT(refusal(folder, text.dump()), Catch::Matchers::ContainsSubstring("diagonal"));
+  }
+}
+
 TEST_CASE("portals make the way to a file and back, in version 2") {
   const Folder folder;
   Map map = full_map();

@@ -97,10 +97,14 @@ Refit refit(Map& map, int most_factors, const Device& device, Session& session) 
   options.factors = most_factors;
   options.steepness = map.layers.steepness;
   options.up = map.frame.up;
-  if (map.frame.detail) options.detail = *map.frame.detail;
+  // What is fitted is a shape of its own, whose box is larger where the map has been turned.
+  const double enlarged = map.frame.diagonal ? sink.mesh.box().diagonal() / *map.frame.diagonal : 1;
+  if (map.frame.detail) options.detail = *map.frame.detail / enlarged;
   FitResult result = fit(device, sink.mesh, options, session.monitor());
   if (result.stopped == StopReason::interrupted) throw Interrupted();
   const double iou = result.stages.back().iou, seconds = session.seconds() - start;
+  *result.map.frame.detail *= enlarged;
+  result.map.frame.diagonal = map.frame.diagonal;
   result.map.dynamics.slice = map.dynamics.slice;
   result.map.dynamics.phase = map.dynamics.phase;
   result.map.provenance = map.provenance;

@@ -279,11 +279,16 @@ void describe_paint(const Map& map, Answer& answer) {
 
 void describe_shape(const Map& map, Answer& answer) {
   if (const auto& detail = map.frame.detail) {
-    answer.add(fmt::format("detail        {:.4g} of the box's diagonal", *detail), "detail",
+    answer.add(fmt::format("detail        {:.4g} of the shape's diagonal", *detail), "detail",
                *detail);
   }
-  if (map.frame.detail && map.frame.box) {
-    const double thickness = *map.frame.detail * map.frame.box->diagonal();
+  if (const auto& diagonal = map.frame.diagonal) {
+    answer.add(
+        fmt::format("diagonal      {:.4g}, shape units, before the shape was turned", *diagonal),
+        "diagonal", *diagonal);
+  }
+  if (const auto diagonal = map.frame.own_diagonal(); diagonal && map.frame.detail) {
+    const double thickness = *map.frame.detail * *diagonal;
     answer.add(fmt::format("shell         {:.4g} thick, shape units", thickness), "shell_thickness",
                thickness);
   }

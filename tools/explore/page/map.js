@@ -68,9 +68,8 @@ function rotate(result) {
   }
   const origin = toShape([0, 0, 0]);
   if (!result.box) return;
-  const diagonal = (box) => length(plus(box[1], box[0], -1)), before = diagonal(result.box);
+  result.diagonal ??= length(plus(result.box[1], result.box[0], -1));  // the turned box has a longer one
   result.box = imageOfBox(result.box, turn, origin, origin);
-  if (result.detail !== undefined) result.detail *= before / diagonal(result.box);
 }
 
 function move(result, offset) {

@@ -37,7 +37,7 @@ export function mapFile() {
   for (const key of ["steep", "turn", "offset"]) delete m[key];
   for (const portal of m.portals ?? []) delete portal.matrix;
   if (m.steepness === 1) delete m.steepness;
-  else m.version = 2;
+  if (m.steepness || m.diagonal) m.version = 2;
   m.provenance = { ...m.provenance, turned: { page: written() } };
   return JSON.stringify(m, null, 1) + "\n";
 }
