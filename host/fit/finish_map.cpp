@@ -27,30 +27,17 @@ std::vector<Eigen::Vector3d> positions(const std::vector<SurfacePoint>& points) 
   return found;
 }
 
-/// About how far the map's own surface is from each point, over the diagonal of the shape's box:
-/// |F₁ - L| over the mean slope.
-std::vector<double> distances(const Device& device, const Map& map,
+/// About how far a finished map's own surface is from each point, over the diagonal of the shape's
+/// box: |F₁ - L| over the mean slope, both of steepness 1.
+std::vector<double> distances(const Device& device, Map map,
                               const std::vector<Eigen::Vector3d>& surface) {
+  map.layers.steepness = 1;
   const Field field(device, map);
-  const double diagonal = map.frame.shape_to_map.scale * map.frame.box->diagonal();
+  const double diagonal = map.frame.shape_to_map.scale * map.frame.own_diagonal().value();
   const double unit = shell_thickness(field, surface, map.dynamics.slice) / diagonal;
   std::vector<double> found = field.at(on_slice(surface, map.dynamics.slice));
   for (double& f : found) f = unit * std::abs(f - map.dynamics.surface_level);
   return found;
-}
-
-/// How poor the fit is and where the surface is missed most.
-std::string poor_fit(const Device& device, const Map& map, double iou,
-                     const std::vector<Eigen::Vector3d>& surface) {
-  const auto off = distances(device, map, surface);
-  const auto worst = std::ranges::max_element(off);
-  const Eigen::Vector3d where =
-      map.frame.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
-  return fmt::format(
-      "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
-      "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More factors or more time follow the shape "
-      "more closely",
-      iou, 100 * *worst, where.x(), where.y(), where.z());
 }
 
 /// The map with the wanted shell, or with the thickest that bounds its set well.
@@ -102,7 +89,7 @@ Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Ve
     if (is_wanted(found)) {
       warnings.emplace_back(
           "the fit left a field that rises too little outside the shape; its exponents were "
-          "changed so that the iterated set ends near the shape, after the IoU was measured");
+          "changed so that the iterated set ends near the shape");
       return found;
     }
     if (!first) first = std::move(found);
@@ -117,15 +104,14 @@ Map with_shell(const Device& device, const Map& map, const std::vector<Eigen::Ve
 
 }  // namespace
 
-Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
-               const SamplePool& pool, double detail, std::vector<std::string>& warnings) {
+Map finish_map(const Device& device, Map map, const Shape& shape, const SamplePool& pool,
+               double detail, std::vector<std::string>& warnings) {
   const auto surface = positions(pool.surface);
   if (!map.frame.detail) {
     map.frame.shape_to_map = shape.shape_to_map;
     map.frame.box = shape.box;
     map.frame.inradius = shape.inradius / shape.shape_to_map.scale;
     map.dynamics.log_scale -= median_level(Field(device, map), surface, map.dynamics.slice);
-    if (iou < kGoodFit) warnings.push_back(poor_fit(device, map, iou, surface));
   }
   map = with_shell(device, map, surface, detail, warnings);
   const double depth = field_at_origin(device, map);
@@ -142,6 +128,20 @@ Map finish_map(const Device& device, Map map, double iou, const Shape& shape,
                     depth, kDeepEnough));
   }
   return map;
+}
+
+std::string poor_fit(const Device& device, const Map& map, double iou, const SamplePool& pool) {
+  if (iou >= kGoodFit) return {};
+  const auto surface = positions(pool.surface);
+  const auto off = distances(device, map, surface);
+  const auto worst = std::ranges::max_element(off);
+  const Eigen::Vector3d where =
+      map.frame.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
+  return fmt::format(
+      "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
+      "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More factors or more time follow the shape "
+      "more closely",
+      iou, 100 * *worst, where.x(), where.y(), where.z());
 }
 
 double mean_distance(const Device& device, const Map& map, const SamplePool& pool) {

@@ -51,10 +51,10 @@ void FitOptions::validate() const {
   if (max_evaluations) {
     base::expect_between("max_evaluations", *max_evaluations, 1, std::numeric_limits<int>::max());
   }
-  if (!(target_iou > 0 && target_iou <= 1)) {
+  if (target_iou && !(*target_iou > 0 && *target_iou <= 1)) {
     throw OptionError(
         "target_iou",
-        fmt::format("{} is out of range; give a number above 0, up to 1", target_iou));
+        fmt::format("{} is out of range; give a number above 0, up to 1", *target_iou));
   }
   base::expect_between("sample_parts", sample_parts, 1, 1024);
   schedule_of(*this);
@@ -84,8 +84,8 @@ std::string brief_summary(const FitResult& result) {
   if (!result.stages.empty()) {
     const StageReport& last = result.stages.back();
     text = fmt::format(
-        "IoU {:.3f} at n = {} on a coarse grid, mean distance {:.3g} % of the diagonal\n", last.iou,
-        last.iterations, 100 * result.mean_distance);
+        "IoU {:.3f} at n = {} on a grid of {} cells, mean distance {:.3g} % of the diagonal\n",
+        last.iou, last.iterations, kOverlapCells, 100 * result.mean_distance);
   }
   return text + fmt::format("{} factors, {} evaluations in {:.1f} s; ended: {}",
                             result.map.dynamics.factors.size(), result.evaluations, result.seconds,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "fit/budget.hpp"
@@ -165,7 +166,6 @@ FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOp
   MeasuredShape measured = in_stage(monitor_, "measure the mesh", [&] {
     return measured_shape(device, mesh, most, monitor_.stop);
   });
-  up_ = options_.up ? options_.up : guess_up(mesh);
   Shape& shape = measured.shape;
   const double detail =
       team
@@ -189,40 +189,34 @@ FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOp
   in_stage(monitor_, "overlap points", [&] {
     own_.emplace(device,
                  MeasuredMesh{std::move(shape), std::move(distance), std::move(pool), detail,
-                              std::move(measured.warnings)},
+                              std::move(measured.warnings), options_.steepness,
+                              options_.up ? options_.up : guess_up(mesh)},
                  options_.weights, options_.precision, draw_stop);
   });
   problem_.emplace(team, *own_, options_.sample_parts);
 
   FitPlan plan{options_, std::move(schedule), std::move(budget), std::move(checkpoint), monitor_,
                most};
-  dress_observed(plan.options.observer);
   Map start = kept ? kept->map
               : options_.initial
                   ? started_from(device, *options_.initial, own_->mesh().shape, own_->mesh().pool)
                   : placed(*problem_, own_->mesh().pool, plan);
   if (const auto& on_stage = plan.options.observer.on_stage; !kept && on_stage) {
-    const double iou = own_->overlap(start, 1);
-    on_stage({"placement", 0, 0, 0, 0, iou}, own_->finished(start, iou).map);
+    const Map finished = own_->finished(start).map;
+    on_stage({"placement", 0, 0, 0, 0, own_->overlap(finished, 1)}, finished);
   }
   stages_.emplace(*problem_, std::move(start), std::move(plan));
   if (kept) stages_->resume(std::move(*kept));
 }
 
-Map FitRun::dressed(Map map) const {
-  map.layers.steepness = options_.steepness;
-  map.frame.up = up_;
-  return map;
-}
+Map FitRun::map() const { return stages_->finished().map; }
 
-void FitRun::dress_observed(FitObserver& observer) const {
-  if (!observer.on_stage) return;
-  observer.on_stage = [this](const StageReport& stage, const Map& map) {
-    options_.observer.on_stage(stage, dressed(map));
-  };
+double FitRun::overlap_of_shape(const FitResult& result) const {
+  if (!result.stages.empty() && result.stages.back().iterations == 1) {
+    return result.stages.back().iou;
+  }
+  return problem_->overlap(result.map, 1);
 }
-
-Map FitRun::map() const { return dressed(stages_->finished().map); }
 
 FitResult FitRun::result() {
   FitResult result;
@@ -230,17 +224,18 @@ FitResult FitRun::result() {
   result.stages = stages_->reports();
   result.warnings = own_->mesh().warnings;
   FinishedMap finished = in_stage(monitor_, "calibration", [&] { return stages_->finished(); });
-  for (std::string& warning : finished.warnings) result.warnings.push_back(std::move(warning));
-  result.mean_distance = own_->mean_distance(finished.map);
-  result.map = dressed(std::move(finished.map));
+  result.map = std::move(finished.map);
+  result.mean_distance = own_->mean_distance(result.map);
+  finished.warnings.insert(finished.warnings.begin(),
+                           own_->poor_fit(result.map, overlap_of_shape(result)));
   Budget& budget = stages_->budget();
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
-  for (std::string warning : {unsettled(result, budget.most_evaluations()),
-                              other_detail(result.map, own_->mesh().detail)}) {
-    if (!warning.empty()) result.warnings.push_back(std::move(warning));
-  }
+  finished.warnings.push_back(unsettled(result, budget.most_evaluations()));
+  finished.warnings.push_back(other_detail(result.map, own_->mesh().detail));
+  std::erase(finished.warnings, "");
+  std::ranges::move(finished.warnings, std::back_inserter(result.warnings));
   if (const std::string& failure = stages_->checkpoint().problem(); !failure.empty()) {
     result.warnings.push_back("the fit could not be kept while it was under way: " + failure);
   }

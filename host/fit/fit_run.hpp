@@ -28,14 +28,11 @@ class FitRun {
   FitResult whole();
 
  private:
-  /// The map with all that a user gets with it: its steepness, and which axis is up.
-  Map dressed(Map map) const;
-  /// Makes the observer see maps as users do.
-  void dress_observed(FitObserver& observer) const;
+  /// IoU of the map's own shape, n = 1.
+  double overlap_of_shape(const FitResult& result) const;
 
   FitOptions options_;
   ProgressMonitor monitor_;
-  std::optional<UpAxis> up_;
   std::optional<MeshProblem> own_;
   std::optional<DividedProblem> problem_;  ///< the same, shared by the team
   std::optional<Stages> stages_;

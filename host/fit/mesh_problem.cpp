@@ -9,15 +9,13 @@ namespace {
 
 /// The centres of the cells of a coarse cube about the box.
 std::vector<Eigen::Vector3d> coarse_grid(const Box& box) {
-  constexpr int kCells = 48;
-  constexpr double kGridMargin = 1.1;
-  const double side = kGridMargin * box.size().maxCoeff();
-  const Eigen::Vector3d corner = box.center() - Eigen::Vector3d::Constant(side / 2);
+  const Box cube = shape::cube_to_count(box);
+  const double cell = cube.size().x() / kOverlapCells;
   std::vector<Eigen::Vector3d> points;
-  for (int x = 0; x < kCells; ++x) {
-    for (int y = 0; y < kCells; ++y) {
-      for (int z = 0; z < kCells; ++z) {
-        points.emplace_back(corner + side / kCells * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+  for (int x = 0; x < kOverlapCells; ++x) {
+    for (int y = 0; y < kOverlapCells; ++y) {
+      for (int z = 0; z < kOverlapCells; ++z) {
+        points.emplace_back(cube.low + cell * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
       }
     }
   }
@@ -33,7 +31,7 @@ MeshProblem::MeshProblem(const Device& device, MeasuredMesh mesh, SampleWeights 
       weights_(std::move(weights)),
       precision_(precision),
       stop_(std::move(stop)) {
-  const auto points = coarse_grid(mesh_.shape.mesh.box());
+  const auto points = coarse_grid(mesh_.shape.shape_to_map.to_map(mesh_.shape.box));
   cells_ = on_slice(points, 0);
   for (const double d : mesh_.distance.at(points, stop_)) inside_.push_back(d < 0);
 }
@@ -64,11 +62,16 @@ double MeshProblem::overlap(const Map& map, int iterations) const {
   return overlap.iou();
 }
 
-FinishedMap MeshProblem::finished(const Map& map, double iou) const {
+FinishedMap MeshProblem::finished(const Map& map) const {
   FinishedMap result;
-  result.map =
-      finish_map(device_, map, iou, mesh_.shape, mesh_.pool, mesh_.detail, result.warnings);
+  result.map = finish_map(device_, map, mesh_.shape, mesh_.pool, mesh_.detail, result.warnings);
+  result.map.layers.steepness = mesh_.steepness;
+  result.map.frame.up = mesh_.up;
   return result;
+}
+
+std::string MeshProblem::poor_fit(const Map& map, double iou) const {
+  return fitting::poor_fit(device_, map, iou, mesh_.pool);
 }
 
 double MeshProblem::mean_distance(const Map& map) const {

@@ -18,7 +18,12 @@ struct MeasuredMesh {
   SamplePool pool;
   double detail = 0;  ///< δ wanted of the finished map, a fraction of the box's diagonal
   std::vector<std::string> warnings{};  ///< about how it was measured, a sentence each
+  double steepness = 1;                 ///< of the finished map, as is `up`
+  std::optional<UpAxis> up{};
 };
+
+/// Cells along each side of the cube that overlaps are counted over.
+constexpr int kOverlapCells = 48;
 
 class MeshProblem final : public Problem {
  public:
@@ -32,12 +37,14 @@ class MeshProblem final : public Problem {
                                        const EnergySettings& options) const override;
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;
   double overlap(const Map& map, int iterations) const override;
-  FinishedMap finished(const Map& map, double iou) const override;
+  FinishedMap finished(const Map& map) const override;
 
   const MeasuredMesh& mesh() const { return mesh_; }
   /// Mean distance of a finished map's surface from the mesh, to first order, as a fraction of the
   /// box's diagonal.
   double mean_distance(const Map& map) const;
+  /// A warning about a finished map with this IoU at n = 1; empty where it fits well.
+  std::string poor_fit(const Map& map, double iou) const;
 
  private:
   Device device_;

@@ -11,7 +11,7 @@
 
 namespace qjulia::fitting {
 
-/// A map with the wanted detail.
+/// A map as a fit that ends with it gives it.
 struct FinishedMap {
   Map map;
   std::vector<std::string> warnings;  ///< what a user should know about it, a sentence each
@@ -31,9 +31,9 @@ class Problem {
   virtual std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const = 0;
   /// IoU, 0 … 1, of {F_n < map.surface_level} and the inside of the shape, on a coarse grid.
   virtual double overlap(const Map& map, int iterations) const = 0;
-  /// Gives the wanted detail to a map that is in distance units or has been polished.
-  /// @param iou that its last stage reached.
-  virtual FinishedMap finished(const Map& map, double iou) const = 0;
+  /// What a fit gives that ends with this map, which is in distance units or has been polished: it
+  /// has the wanted detail.
+  virtual FinishedMap finished(const Map& map) const = 0;
   /// The map that a stage starts from; if several processes fit together, the same one for all.
   virtual Map agreed(Map map) const { return map; }
 

@@ -106,6 +106,7 @@ Stages::Stages(const Problem& problem, Map start, FitPlan plan)
 
 void Stages::resume(FitState state) {
   map_ = state.map;
+  finished_.reset();
   random_.set_state(state.random);
   reports_ = state.reports;
   sources_ = state.curvature;
@@ -129,14 +130,16 @@ FitState Stages::next_state() const {
 }
 
 FinishedMap Stages::finished() const {
-  FinishedMap result = problem_.finished(map_, last_iou());
+  FinishedMap result = finished_ ? *finished_ : problem_.finished(map_);
   result.warnings.insert(result.warnings.begin(), warnings_.begin(), warnings_.end());
   return result;
 }
 
 void Stages::finish() {
   FinishedMap result = finished();
+  finished_.reset();
   map_ = std::move(result.map);
+  map_.layers.steepness = 1;  // what is fitted has none
   warnings_ = std::move(result.warnings);
 }
 
@@ -195,15 +198,18 @@ void Stages::lift_misplaced() {
   const Level& level =
       *std::ranges::find_if(schedule_.levels.rbegin(), schedule_.levels.rend(), first_iterate);
   const TraceStage traced(monitor_.trace, "lift misplaced");
-  const double least = reports_.back().iou - kMostLost;
+  double least = reports_.back().iou - kMostLost;
+  if (is_at_target()) least = std::max(least, *options_.target_iou);
   for (int i = 0; i < kMostTries; ++i) {
     const MisplacedFactors found = misplaced(level);
     if (found.factors.empty()) return;
     auto map = lifted(map_, found, evaluator_of(found.samples, level)->field(map_));
     if (!map) return;
-    const double overlap = problem_.overlap(*map, level.iterations);
+    FinishedMap finished = problem_.finished(*map);
+    const double overlap = problem_.overlap(finished.map, level.iterations);
     if (overlap < least) return;
     map_ = std::move(*map);
+    finished_ = std::move(finished);
     reports_.back().iou = overlap;
     budget_.update();
     if (budget_.spent() == StopReason::time_limit) return;
@@ -300,6 +306,7 @@ std::optional<StopReason> Stages::run_stage() {
     source.moved = moved_between(map_, start);
   }
   map_ = problem_.agreed(std::move(start));
+  finished_.reset();
   source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
   const std::unique_ptr<Preconditioner> scaling =
@@ -322,7 +329,9 @@ std::optional<StopReason> Stages::run_stage() {
   });
   if (result.stopped == StopReason::interrupted) checkpoint_.save(before);
   map_ = std::move(result.map);
-  const double overlap = part("overlap", [&] { return problem_.overlap(map_, level.iterations); });
+  finished_ = part("finish", [&] { return problem_.finished(map_); });
+  const double overlap =
+      part("overlap", [&] { return problem_.overlap(finished_->map, level.iterations); });
   budget_.update();
   reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
                       result.energy_after, budget_.seconds() - began, overlap, level.iterations});
@@ -330,11 +339,11 @@ std::optional<StopReason> Stages::run_stage() {
                    fmt::format("IoU {:.4f}, {}, {} evaluations", reports_.back().iou, level.name,
                                budget_.evaluations())});
   if (options_.observer.on_stage) {
-    options_.observer.on_stage(reports_.back(), problem_.finished(map_, overlap).map);
+    options_.observer.on_stage(reports_.back(), finished_->map);
   }
   if (result.stopped) return result.stopped;
   const bool is_last_kind = level.iterations == schedule_.levels.back().iterations;
-  if (is_last_kind && overlap >= options_.target_iou) return StopReason::target_iou;
+  if (is_last_kind && is_at_target()) return StopReason::target_iou;
   if (!converged(level, result)) return std::nullopt;
   if (++level_ == static_cast<int>(schedule_.levels.size())) return StopReason::converged;
   return std::nullopt;

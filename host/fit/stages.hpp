@@ -45,7 +45,7 @@ class Stages {
   /// Why it has ended; nothing while there are further stages.
   std::optional<StopReason> stopped() const { return stopped_; }
 
-  /// The map with the wanted detail, and all warnings so far.
+  /// What the fit would give if it ended here, with all warnings so far.
   FinishedMap finished() const;
   const std::vector<StageReport>& reports() const { return reports_; }
   Budget& budget() { return budget_; }
@@ -53,8 +53,10 @@ class Stages {
 
  private:
   std::optional<StopReason> run_stage();
-  /// IoU of the last stage.
-  double last_iou() const { return reports_.empty() ? 0 : reports_.back().iou; }
+  /// Whether the last stage's IoU is the one asked for, or more.
+  bool is_at_target() const {
+    return options_.target_iou && !reports_.empty() && reports_.back().iou >= *options_.target_iou;
+  }
   /// Gives the map the wanted detail, before the stages of the second iterate begin.
   void finish();
   /// The state at the start of a stage.
@@ -76,6 +78,7 @@ class Stages {
 
   const Problem& problem_;
   Map map_;
+  std::optional<FinishedMap> finished_;  ///< of `map_`, once it is known
   FitOptions options_;
   Schedule schedule_;
   Budget budget_;

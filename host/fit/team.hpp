@@ -105,9 +105,7 @@ class DividedProblem final : public Problem {
   }
   std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const override;
   double overlap(const Map& map, int iterations) const override;
-  FinishedMap finished(const Map& map, double iou) const override {
-    return own_.finished(map, iou);
-  }
+  FinishedMap finished(const Map& map) const override { return own_.finished(map); }
   Map agreed(Map map) const override;
 
  private:

@@ -3,7 +3,16 @@
 
 #include <cstddef>
 
+#include "qjulia/box.hpp"
+
 namespace qjulia::shape {
+
+/// The cube whose cells count where no other box is asked for: about the box of a shape, centred on
+/// it, side 1.15 × its longest side.
+inline Box cube_to_count(const Box& box) {
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * 1.15 * box.size().maxCoeff());
+  return {box.center() - half, box.center() + half};
+}
 
 struct Overlap {
   std::size_t intersection = 0;  ///< cells inside both bodies

@@ -24,8 +24,7 @@ namespace {
 constexpr int kMostComparedCells = 1024;
 constexpr std::size_t kSurfaceSamples = 30000;
 constexpr std::uint64_t kSeed = 1;
-constexpr double kCubeSide = 1.15;  // in longest sides of the mesh's box
-constexpr double kSharpness = 10;   // α
+constexpr double kSharpness = 10;  // α
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double kShortestLimb = 0.1;  // times the mesh's longest side
 
@@ -36,15 +35,14 @@ struct CubeSamples {
   double cell = 0;               ///< side of a cell, the mesh's units
 };
 
-/// `resolution` cells along the longest side of `part`, or where there is none, `resolution`³ of a
-/// cube centred on the box `about`, side 1.15 × its longest side.
+/// `resolution` cells along the longest side of `part`, or where there is none, `resolution`³ of
+/// the cube about the box `about`.
 /// @param distance of the mesh.
 /// @param part the mesh's units.
 CubeSamples sample_cube(const SignedDistance& distance, const Box& about,
                         const ShapeToMap& shape_to_map, int resolution,
                         const std::optional<Box>& part, const ProgressMonitor& monitor) {
-  const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * kCubeSide * about.size().maxCoeff());
-  const Box box = part.value_or(Box{about.center() - half, about.center() + half});
+  const Box box = part.value_or(shape::cube_to_count(about));
   CubeSamples samples;
   samples.cell = box.size().maxCoeff() / resolution;
   const Eigen::Array3d cells = (box.size() / samples.cell).array().round().max(1.0);

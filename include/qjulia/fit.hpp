@@ -38,7 +38,10 @@ struct StageReport {
   double energy_before = 0;
   double energy_after = 0;
   double seconds = 0;
-  double iou = 0;      ///< intersection over union of set and shape, on a coarse grid
+  /// Intersection over union of shape and set, counted over 48³ cells: of the map that the fit
+  /// would give if it ended with this stage, at `iterations`. `compare` counts so at a resolution
+  /// of 48.
+  double iou = 0;
   int iterations = 1;  ///< n of energies and IoU
 };
 
@@ -82,9 +85,9 @@ struct FitOptions {
   /// The most evaluations of energy and gradient; by default the schedule's own number. The levels
   /// share them, so that a hundred give a rough map of the same kind.
   std::optional<int> max_evaluations;
-  /// Ends the fit after a stage whose IoU on a coarse grid is this or more, above 0 to 1; of a
-  /// polished fit, after a stage of polishing. Set it where a rough map in a hurry is enough.
-  double target_iou = 1;
+  /// Ends the fit after a stage whose StageReport::iou is this or more, above 0 to 1; of a polished
+  /// fit, after a stage of polishing. Set it where a rough map in a hurry is enough.
+  std::optional<double> target_iou;
   /// `exponents` keeps centres where they were placed: for comparison with Kim 2015, or where
   /// centres carry a meaning of their own. It fits less closely.
   Unknowns unknowns = Unknowns::all;

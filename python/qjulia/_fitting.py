@@ -24,7 +24,8 @@ class StageReport:
     energy_after: float
     seconds: float
     iou: float
-    """Intersection over union of set and shape, on a coarse grid."""
+    """Intersection over union of shape and set, over 48 cells along each side of a cube: of the map
+    that the fit would give if it ended with this stage."""
     n: int
     """Iterations of energies and IoU."""
     map: Optional[Map] = field(default=None, repr=False, compare=False)

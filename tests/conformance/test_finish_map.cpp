@@ -36,8 +36,8 @@ const Ball& ball() {
   return ball;
 }
 
-Map finished(const Map& map, double iou, double detail, std::vector<std::string>& warnings) {
-  return fitting::finish_map(test::shared_device(), map, iou, ball().shape, ball().pool, detail,
+Map finished(const Map& map, double detail, std::vector<std::string>& warnings) {
+  return fitting::finish_map(test::shared_device(), map, ball().shape, ball().pool, detail,
                              warnings);
 }
 
@@ -58,7 +58,7 @@ double potential_at(const Map& map, const Quaternion& q) {
 TEST_CASE("a finished map has the wanted shell, its level and scale, and the shape's coordinates") {
   std::vector<std::string> warnings;
   const double detail = GENERATE(0.01, 0.03);
-  const Map map = finished(in_distance_units(), 0.99, detail, warnings);
+  const Map map = finished(in_distance_units(), detail, warnings);
   CHECK(warnings.empty());
   REQUIRE(map.frame.detail.has_value());
   CHECK(*map.frame.detail == Catch::Approx(detail));
@@ -77,10 +77,10 @@ TEST_CASE("a finished map has the wanted shell, its level and scale, and the sha
 TEST_CASE(
     "what was finished and polished since gets its shell's thickness back, and nothing else") {
   std::vector<std::string> warnings;
-  const Map map = finished(in_distance_units(), 0.99, 0.02, warnings);
+  const Map map = finished(in_distance_units(), 0.02, warnings);
   Map polished = map;
   polished.dynamics.factors.front().exponent *= 1.3;
-  const Map back = finished(polished, 0.5, 0.02, warnings);
+  const Map back = finished(polished, 0.02, warnings);
   CHECK(warnings.empty());
   CHECK(back.dynamics.factors.front().exponent ==
         Catch::Approx(map.dynamics.factors.front().exponent));
@@ -93,16 +93,23 @@ TEST_CASE("warnings say what is wrong with the map, and where") {
   // A poor fit: the surface is missed about (16, 0, 0), or the far side.
   Map off = in_distance_units();
   off.dynamics.factors.front().center.x = 0.3;
-  finished(off, 0.5, 0.02, warnings);
-  REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings.front(), Catch::Matchers::ContainsSubstring("IoU of 0.50") &&
-                                   Catch::Matchers::ContainsSubstring("near (14, "));
+  Map poor = finished(off, 0.02, warnings);
+  CHECK(warnings.empty());
+  const auto said = [&](double iou) {
+    return fitting::poor_fit(test::shared_device(), poor, iou, ball().pool);
+  };
+  CHECK_THAT(said(0.5), Catch::Matchers::ContainsSubstring("IoU of 0.50") &&
+                            Catch::Matchers::ContainsSubstring("near (14, "));
+  CHECK(said(0.95).empty());
+  const std::string plain = said(0.5);
+  poor.layers.steepness = 4;  // of what lies outside: the surface stays
+  CHECK(said(0.5) == plain);
 
   // A pole where the deepest point is: no calibration.
   warnings.clear();
   Map outside;
   outside.dynamics.factors = {{{0, 0, 0, 0}, -1}, {{2, 0, 0, 0}, 1.5}, {{-2, 0, 0, 0}, 1.5}};
-  const Map uncalibrated = finished(outside, 0.95, 0.02, warnings);
+  const Map uncalibrated = finished(outside, 0.02, warnings);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings.front(),
              Catch::Matchers::ContainsSubstring("does not hold the shape's deepest point inside"));
@@ -112,7 +119,7 @@ TEST_CASE("warnings say what is wrong with the map, and where") {
   warnings.clear();
   Map shallow;
   shallow.dynamics.factors = {{{1, 0, 0, 0}, kRadius / 2}, {{-1, 0, 0, 0}, kRadius / 2}};
-  finished(shallow, 0.95, 0.1, warnings);
+  finished(shallow, 0.1, warnings);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings.front(), Catch::Matchers::ContainsSubstring("near dissolving"));
 }
@@ -121,7 +128,7 @@ TEST_CASE("a shell that leaves the set unbounded is made thinner, and no fit is 
   std::vector<std::string> warnings;
   // The slope r₀ / r₀ = 1 makes δ = 1 / (2 √3 r₀) of the diagonal, with an exponent of r₀.
   const double most = kRadius / (2 * std::numbers::sqrt3 * kRadius);
-  const Map thick = finished(in_distance_units(), 0.99, 1.5 * most, warnings);
+  const Map thick = finished(in_distance_units(), 1.5 * most, warnings);
   CHECK(thick.dynamics.degree() == Catch::Approx(1.1));
   CHECK(*thick.frame.detail == Catch::Approx(most / 1.1).epsilon(2e-3));
 }
@@ -132,7 +139,7 @@ TEST_CASE("exponents whose sum bounds no set are given one that does, and the sh
   const bool has_far_root = GENERATE(false, true);
   repelling.dynamics.factors.push_back({{60, 0, 0, 0}, -2 * kRadius});
   if (has_far_root) repelling.dynamics.factors.push_back({{0, 0, 0, 90}, 0.4});
-  const Map bounded = finished(repelling, 0.99, 0.02, warnings);
+  const Map bounded = finished(repelling, 0.02, warnings);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings.front(), Catch::Matchers::ContainsSubstring("its exponents were changed"));
   CHECK(*bounded.frame.detail == Catch::Approx(0.02));
@@ -155,7 +162,7 @@ TEST_CASE("a field that no sum of exponents makes rise outside the shape gives a
   // About its only root, at nearly twice the distance of the box's corners, points return.
   Map flat;
   flat.dynamics.factors = {{{0, 0, 0, 3 * kRadius}, 1.5}};
-  finished(flat, 0.95, 0.02, warnings);
+  finished(flat, 0.02, warnings);
   CHECK(std::ranges::any_of(warnings, [](const std::string& warning) {
     return warning.find("rises too little outside the shape") != std::string::npos;
   }));

@@ -1,11 +1,15 @@
 // A fit that is watched: what it tells, and that it goes the same way.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <catch2/catch_all.hpp>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <stop_token>
 
+#include "map/reference_iteration.hpp"
+#include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/fit.hpp"
@@ -83,6 +87,61 @@ TEST_CASE("a fit tells its energies and its map at each stage, and goes the same
   // The last stage's map is the result.
   CHECK(to_json(maps.back()) == to_json(watched.map));
   for (const Map& map : maps) CHECK_NOTHROW(map.validate());
+}
+
+TEST_CASE("the IoU of a stage, and of the result, is that of the map it gives") {
+  constexpr int kCells = 48;
+  const Box box{{-1, -0.6, -0.4}, {1.2, 0.5, 0.3}};
+  const TriangleMesh mesh = shapes::box(box.low, box.high);
+  const auto counted = [&](const Map& map, int iterations) {
+    const double side = 1.15 * 2.2;
+    std::vector<Quaternion> points;
+    std::vector<bool> is_in_shape;
+    for (int i = 0; i < kCells * kCells * kCells; ++i) {
+      const Eigen::Vector3d cell(i % kCells, i / kCells % kCells, i / kCells / kCells);
+      const Eigen::Vector3d x =
+          box.center() + side * ((cell.array() + 0.5) / kCells - 0.5).matrix();
+      const Eigen::Vector3d q = map.frame.shape_to_map.to_map(x);
+      points.push_back({q.x(), q.y(), q.z(), map.dynamics.slice});
+      is_in_shape.push_back((x.array() > box.low.array()).all() &&
+                            (x.array() < box.high.array()).all());
+    }
+    const auto field = reference::field(map, points, iterations, 20);
+    double both = 0, either = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const bool is_in_set = field[i] < map.dynamics.surface_level;
+      both += is_in_set && is_in_shape[i] ? 1 : 0;
+      either += is_in_set || is_in_shape[i] ? 1 : 0;
+    }
+    return both / either;
+  };
+  FitOptions options;
+  options.factors = 8;
+  options.schedule = "fast";
+  options.seed = GENERATE(1, 2, 3);
+  options.polish = options.seed == 3;
+  options.max_evaluations = options.polish ? 150 : 4;
+  options.steepness = 5;
+  options.observer.on_stage = [&](const StageReport& stage, const Map& map) {
+    CAPTURE(stage.name);
+    CHECK(stage.iou == Catch::Approx(counted(map, stage.iterations)).margin(0.002));
+  };
+  const FitResult result = fit(test::shared_device(), mesh, options);
+  REQUIRE(!result.stages.empty());
+  const StageReport& last = result.stages.back();
+  CHECK(last.iterations == (options.polish ? 2 : 1));
+  CHECK(last.iou == Catch::Approx(counted(result.map, last.iterations)).margin(0.002));
+
+  CompareOptions comparing;
+  comparing.resolution = kCells;
+  comparing.iterations = last.iterations;
+  const FitMetrics metrics = compare(test::shared_device(), result.map, mesh, comparing).back();
+  CHECK(last.iou == Catch::Approx(metrics.iou).margin(0.002));
+  const bool is_poor = counted(result.map, 1) < 0.9;
+  CHECK(is_poor == std::ranges::any_of(result.warnings, [&](const std::string& warning) {
+          const std::string said = fmt::format("IoU of {:.2f} only", counted(result.map, 1));
+          return warning.find(said) != std::string::npos;
+        }));
 }
 
 TEST_CASE("a fit that its watcher stops ends with what it has reached") {

@@ -27,15 +27,15 @@ struct ToyProblem : fitting::Problem {
   double overlap(const Map& map, int iterations) const override {
     return on_overlap ? on_overlap(map, iterations) : 0.5;
   }
-  fitting::FinishedMap finished(const Map& map, double iou) const override {
-    return {on_finished ? on_finished(map, iou) : map, {}};
+  fitting::FinishedMap finished(const Map& map) const override {
+    return {on_finished ? on_finished(map) : map, {}};
   }
 
   Draw on_draw;
   energy::EvaluatorFactory make_evaluator = energy::make_reference_evaluator;
   std::function<std::vector<double>(const std::vector<Eigen::Vector3d>&)> on_distances{};
   std::function<double(const Map&, int)> on_overlap{};
-  std::function<Map(const Map&, double)> on_finished{};
+  std::function<Map(const Map&)> on_finished{};
 };
 
 /// Signed distances from the unit sphere.

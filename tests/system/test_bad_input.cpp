@@ -271,7 +271,7 @@ TEST_CASE("options that would do nothing are refused") {
   check_refused(
       folder,
       {"fit", mesh, "-o", folder / "out.qjulia.json", "--factors", "50", "--max-factors", "100"},
-      "--max-factors needs --factors auto");
+      "--max-factors: it bounds the number that 'auto' chooses, and 50 factors are asked for");
   for (const std::string name : {"detail", "azimuth"}) {
     check_refused(folder,
                   {"render", map, "-o", folder / "out.png", "--sweep", name + "=0.01,0.02",

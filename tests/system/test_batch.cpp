@@ -230,6 +230,13 @@ TEST_CASE("checks, status and refusals") {
           ContainsSubstring("kinds.toml:3: 'polish' must be true or false") &&
           ContainsSubstring("kinds.toml:4: 'schedule' is empty") &&
           ContainsSubstring("kinds.toml:5: 'factors' must be a number"));
+  const std::string both =
+      folder.file("both.toml",
+                  "[defaults]\nmax_factors = 30\n[[fit]]\nmesh = \"box.obj\"\nfactors = \"auto\"\n"
+                  "[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\n");
+  const ProcessResult bounded = run_command({"batch", both, "--check"});
+  CHECK_THAT(bounded.err, ContainsSubstring("both.toml:6: max_factors: it bounds the number") &&
+                              !ContainsSubstring("both.toml:3"));
 
   const ProcessResult mixed = run_command(
       {"batch", manifest, "-o", out, "--jobs", "2", "--device", "cpu", "--status", out});

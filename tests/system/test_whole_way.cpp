@@ -72,6 +72,33 @@ TEST_CASE("a fit leaves a map that says where it came from") {
   CHECK(fitted().report["metrics"]["iou"].get<double>() > 0.6);
 }
 
+TEST_CASE("the number of factors that is chosen is bounded, and what is not asked for is null") {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
+  const auto fit = [&](std::vector<std::string> options) {
+    const std::vector<std::string> rest = {
+        "-o", folder / "map.qjulia.json", "--json", "--schedule", "fast", "--device", "cpu"};
+    options.insert(options.begin(), {"fit", mesh});
+    options.insert(options.end(), rest.begin(), rest.end());
+    const auto result = run_command(options);
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return json::parse(result.out);
+  };
+  const json few = fit({"--max-factors", "12", "--max-evaluations", "1"});
+  CHECK(few["factors"] == 12);
+  CHECK(few["options"]["max_factors"] == 12);
+  CHECK(few["options"]["max_evaluations"] == 1);
+  CHECK(few["options"]["target_iou"].is_null());
+  const json rough = fit({"--factors", "auto", "--max-factors", "8", "--target-iou", "0.1"});
+  CHECK(rough["factors"] == 8);
+  CHECK(rough["options"]["factors"] == "auto");
+  CHECK(rough["options"]["target_iou"] == 0.1);
+  CHECK(rough["options"]["max_evaluations"].is_null());
+  CHECK(rough["stopped"] == "target_iou");
+}
+
 TEST_CASE("fits repeat bit for bit") {
   const TemporaryFolder folder;
   const std::string again = folder / "again.qjulia.json";
@@ -85,6 +112,42 @@ TEST_CASE("fits repeat bit for bit") {
   const std::string other = folder / "other.qjulia.json";
   REQUIRE(run_command(fitted().fit_to(other, {"--detail", "0.03"})).exit_code == 0);
   CHECK(without_provenance(other) != expected);
+}
+
+TEST_CASE("a detail means the same shell before a shape is turned and afterwards") {
+  const TemporaryFolder folder;
+  const auto info_of = [](const std::string& file) {
+    return json::parse(run_command({"info", file, "--json", "--device", "cpu"}).out);
+  };
+  const auto converted = [&](const std::string& from, const std::string& name,
+                             const std::vector<std::string>& options) {
+    const std::string to = folder / (name + ".qjulia.json");
+    std::vector<std::string> arguments = {"convert", from, to, "--device", "cpu"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    REQUIRE(run_command(arguments).exit_code == 0);
+    return to;
+  };
+  const std::string turned = converted(fitted().map, "turned", {"--rotate", "1", "1", "0", "40"});
+  const json plain = info_of(fitted().map);
+  CHECK_FALSE(plain.contains("diagonal"));
+  CHECK(info_of(turned)["detail"] == plain["detail"]);
+  CHECK(info_of(turned)["shell_thickness"] == plain["shell_thickness"]);
+  for (const std::string detail : {"0.01", "auto"}) {
+    CAPTURE(detail);
+    const json last = info_of(converted(turned, "last", {"--detail", detail}));
+    const json first = info_of(
+        converted(fitted().map, "first", {"--detail", detail, "--rotate", "1", "1", "0", "40"}));
+    // A word is for the map's own surface, of which the two are not cut into the same triangles.
+    const double error = detail == "auto" ? 0.01 : 1e-9;
+    CHECK(last["degree"].get<double>() ==
+          Catch::Approx(first["degree"].get<double>()).epsilon(error));
+    CHECK(last["diagonal"].get<double>() == Catch::Approx(first["diagonal"].get<double>()));
+  }
+  const std::string scene = folder / "turned.glb";
+  REQUIRE(run_command({"surface", turned, "-o", scene, "--resolution", "16", "--iterations", "1",
+                       "--device", "cpu"})
+              .exit_code == 0);
+  CHECK(info_of(converted(scene, "back", {}))["diagonal"] == info_of(turned)["diagonal"]);
 }
 
 TEST_CASE("an interrupted fit saves what it reached") {

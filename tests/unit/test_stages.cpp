@@ -46,7 +46,7 @@ class MortalEvaluator final : public test::ForwardingEvaluator {
 ToyProblem steepening(ToyProblem::Draw draw) {
   ToyProblem problem(std::move(draw));
   problem.on_distances = from_unit_sphere;
-  problem.on_finished = [](const Map& map, double) {
+  problem.on_finished = [](const Map& map) {
     if (map.frame.detail) return map;
     Map scaled = steepened(map, 2);
     scaled.frame.detail = 0.1;
@@ -284,6 +284,36 @@ TEST_CASE("a body that a root outside makes is gone when a fit ends") {
     return map.dynamics.factors.back().center == outside ? 0.5 : 0.4;
   };
   CHECK(field_outside(problem) < 0);  // not at the shape's cost
+  problem.on_overlap = [&](const Map& map, int) {
+    return map.dynamics.factors.back().center == outside ? 0.5 : 0.4995;
+  };
+  CHECK(field_outside(problem) > small_level().band);
+  options.target_iou = 0.5;
+  CHECK(field_outside(problem) < 0);  // nor at that of the IoU that was asked for
+}
+
+TEST_CASE("the IoU of a stage is that of the map which the fit would give, and so is the target") {
+  const auto pool = sphere_pool(4000);
+  ToyProblem problem = steepening(
+      [&](const fitting::Level& level, base::Random& random) { return pool.draw(level, random); });
+  // As fitted, every map has the wanted IoU.
+  double finished = 0.2;
+  problem.on_overlap = [&](const Map& map, int) { return map.frame.detail ? finished : 0.9; };
+  FitOptions options;
+  options.factors = 8;
+  options.target_iou = 0.4;
+  int stages_seen = 0;
+  options.observer.on_stage = [&](const StageReport& report, const Map& map) {
+    CHECK(report.iou == finished);
+    CHECK(map.frame.detail == 0.1);
+    if (++stages_seen == 3) finished = 0.5;
+  };
+  const fitting::Schedule schedule{1000, 1e-3, {small_level()}};
+  fitting::Stages stages(
+      problem, fitting::place_factors(energy::make_reference_evaluator, pool, *options.factors, 1),
+      plan_of(options, schedule));
+  CHECK(stages.run() == StopReason::target_iou);
+  CHECK(stages.reports().size() == 4);
 }
 
 TEST_CASE(
@@ -306,10 +336,10 @@ TEST_CASE(
   ToyProblem problem = steepening(draw);
   int scaled = 0;
   problem.make_evaluator = keeping;
-  problem.on_finished = [&scaled, steepen = problem.on_finished](Map map, double iou) {
+  problem.on_finished = [&scaled, steepen = problem.on_finished](Map map) {
     if (map.frame.detail) return map;
     ++scaled;
-    map = steepen(map, iou);
+    map = steepen(map);
     map.dynamics.surface_level = 0.25;
     map.dynamics.log_scale += 0.25;
     return map;
@@ -319,7 +349,7 @@ TEST_CASE(
   fitting::Stages stages(problem, start, plan_of(options, schedule));
   CHECK(stages.run() == StopReason::schedule_done);
   CHECK(stages.finished().map.frame.detail == 0.1);
-  CHECK(scaled == 1);
+  CHECK(scaled == std::ranges::count(stages.reports(), 1, &StageReport::iterations));
   CHECK(asked.front().first.iterations == 1);
   CHECK(asked.back().first.iterations == 2);
   CHECK(asked.back().first.loss == energy::Loss::tanh);

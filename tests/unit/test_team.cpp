@@ -414,7 +414,7 @@ TEST_CASE("ranks whose devices round otherwise fit the first one's map together"
       return distances;
     };
     own.on_overlap = [&](const Map&, int) { return 0.5 + error; };
-    own.on_finished = [&](Map map, double) {
+    own.on_finished = [&](Map map) {
       map.dynamics.log_scale += map.frame.detail ? 0 : error;
       map.frame.detail = 0.01;
       return map;

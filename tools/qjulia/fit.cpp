@@ -226,9 +226,6 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
   FitStart begun;
   const int code = together(ranks, [&]() -> int {
     options = checked_options(arguments.fit);
-    if (arguments.fit.max_factors && options.factors != 0) {
-      throw InputError("--max-factors needs --factors auto; leave out one of the two");
-    }
     if (!arguments.fit.sample_parts) options.sample_parts = ranks.size();
     begun = start(arguments, options, ranks, session);
     return kDone;

@@ -50,12 +50,12 @@ void add_fit_options(Command command, FitArguments& a) {
       .default_text(fmt::format("{}", a.options.max_factors));
   add_detail(command, a.options.detail);
   add_steepness_and_up(command, a.options.steepness, a.options.up);
-  command
-      .add("--target-iou", &a.options.target_iou, "NUMBER",
-           "End once a stage reaches this IoU on a coarse grid, above 0 to 1. Default: do not")
-      .default_text("");
-  command.add("--max-evaluations", &a.max_evaluations, "INT",
-              "Maximum number of evaluations of energy and gradient; 0: the schedule's default");
+  command.add(
+      "--target-iou", &a.options.target_iou, "NUMBER",
+      "End after the first stage whose map has this IoU or more on a grid of 48 cells, above "
+      "0 to 1. Default: do not");
+  command.add("--max-evaluations", &a.options.max_evaluations, "INT",
+              "Maximum number of evaluations of energy and gradient. Default: the schedule's own");
   command.add("--seed", &a.options.seed, "INT",
               "Seed of all random choices. The same seed, options and device give the same factors "
               "bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' has "
@@ -85,8 +85,15 @@ void add_fit_options(Command command, FitArguments& a) {
 
 FitOptions checked_options(const FitArguments& arguments) {
   FitOptions options = arguments.options;
-  if (arguments.max_evaluations != 0) options.max_evaluations = arguments.max_evaluations;
-  if (arguments.max_factors) options.max_factors = *arguments.max_factors;
+  if (arguments.max_factors) {
+    if (options.factors) {
+      throw OptionError("max_factors",
+                        fmt::format("it bounds the number that 'auto' chooses, and {} factors are "
+                                    "asked for; leave out one of the two",
+                                    *options.factors));
+    }
+    options.max_factors = *arguments.max_factors;
+  }
   if (arguments.sample_parts) options.sample_parts = *arguments.sample_parts;
   if (arguments.time_limit) options.time_limit = *arguments.time_limit;
   options.validate();

@@ -13,7 +13,6 @@ namespace qjulia::tools {
 struct FitArguments {
   std::optional<double> time_limit;
   std::optional<int> max_factors;
-  int max_evaluations = 0;  ///< 0: as many as the schedule says
   std::optional<int> sample_parts;
   FitOptions options;
 };

@@ -16,7 +16,8 @@ nlohmann::json file_json(const std::filesystem::path& path);
 /// The number or the word.
 nlohmann::json to_json(const DetailChoice& detail);
 
-/// Every option of a fit, by its name on the command line. No time limit is null.
+/// Every option of a fit, by its name on the command line; null where it is not given and has no
+/// default.
 nlohmann::json to_json(const FitOptions& options);
 
 /// What a fit is of. It is taken before the mesh is read, since files may change during the fit.
@@ -66,7 +67,8 @@ std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen);
 /// Size, samples and camera.
 nlohmann::json to_json(const PictureOptions& options);
 
-/// Energy and IoU (n = 1, coarse grid) a fit ended with; null where it had no stage.
+/// Energy, IoU and mean distance of the map that a fit ended with; the first two are null where it
+/// had no stage.
 nlohmann::json final_figures(const FitResult& result);
 
 }  // namespace qjulia::tools

@@ -44,7 +44,7 @@ std::string curves(const std::vector<StageReport>& stages) {
   std::string text = "<div class=\"row\">\n";
   for (const bool by_seconds : {false, true}) {
     text += curve(stages, "energy", by_seconds, &StageReport::energy_after, true);
-    text += curve(stages, "IoU, coarse grid", by_seconds, &StageReport::iou, false);
+    text += curve(stages, "IoU, 48 cells", by_seconds, &StageReport::iou, false);
   }
   return text + "</div>\n";
 }
