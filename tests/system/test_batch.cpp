@@ -192,6 +192,7 @@ TEST_CASE("a mesh that vanishes fails its own entry") {
   const ProcessResult first =
       run_command({"batch", manifest, "-o", out}, {.interrupt_at = "[1/3]"});
   CHECK(first.exit_code == 130);
+  CHECK(run_command({"batch", "--status", out}).exit_code == 1);
   std::filesystem::remove(folder / "ball.obj");   // done
   std::filesystem::remove(folder / "torus.obj");  // not done
   CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
@@ -200,6 +201,9 @@ TEST_CASE("a mesh that vanishes fails its own entry") {
   CHECK(all["entries"][1]["state"] == "done");
   CHECK(all["entries"][2]["state"] == "failed");
   CHECK_THAT(all["entries"][2]["error"].get<std::string>(), ContainsSubstring("torus.obj"));
+  const ProcessResult status = run_command({"batch", "--status", out});
+  CHECK(status.exit_code == 1);
+  CHECK_THAT(status.out, ContainsSubstring("2 of 3 done, 1 failed"));
   CHECK(run_command({"batch", manifest, "-o", folder / "new"}).exit_code == 2);
 }
 

@@ -251,6 +251,10 @@ std::string totals(const std::vector<batch::EntryStatus>& entries) {
   return text;
 }
 
+int exit_code(const std::vector<batch::EntryStatus>& entries) {
+  return count(entries, batch::EntryState::done) == entries.size() ? kDone : kFailed;
+}
+
 int show_status(const BatchArguments& arguments, Session& session) {
   std::string others;
   for (const Option& option : arguments.all_but_status) {
@@ -263,7 +267,7 @@ int show_status(const BatchArguments& arguments, Session& session) {
   std::string text;
   for (const batch::EntryStatus& entry : entries) text += describe(entry) + '\n';
   session.console.result(text + totals(entries), report(entries));
-  return kDone;
+  return exit_code(entries);
 }
 
 /// What the folder says, and what could not be written there.
@@ -416,7 +420,9 @@ void describe_batch(Command command, BatchArguments& a) {
           .default_text("1")
           .offers({"auto"})};
   command
-      .file("--status", a.status, "FOLDER", "Only report the progress of the batch in this folder")
+      .file("--status", a.status, "FOLDER",
+            "Only report the progress of the batch in this folder; the exit code is 1 while any "
+            "entry is not done")
       .offers_folders();
   const auto of_device = add_device_to_use(command, a.device);
   a.all_but_status.insert(a.all_but_status.end(), of_device.begin(), of_device.end());
