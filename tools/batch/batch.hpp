@@ -25,8 +25,7 @@ struct ManifestOption {
 
 /// What is written of a fit beside its map.
 struct BatchOutputs {
-  std::optional<std::string> surface;  ///< extension of the mesh: ".ply", ".obj", ".stl", ".off",
-                                       ///< ".glb", ".3mf" or ".usda"
+  std::optional<std::string> surface;  ///< extension of the mesh, such as ".ply"
   int surface_resolution = 256;        ///< cells along the box's longest side
   bool report = false;                 ///< NAME.report.html
   bool picture = false;
@@ -49,6 +48,9 @@ struct Manifest {
   std::filesystem::path file;
   std::vector<BatchEntry> entries;  ///< in the manifest's order; those of a glob by name
 };
+
+/// What a [[fit]] may say besides the options of a fit: "mesh", "name" and what to make of it.
+std::vector<std::string> manifest_keys();
 
 /// Throws InputError unless these options, together, make a fit.
 using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <span>
+#include <string_view>
 
 #include "base/input_file.hpp"
 #include "base/text.hpp"
@@ -105,6 +107,25 @@ std::string name_problem(const std::string& name) {
 
 class Reader {
  public:
+  /// A key that says what to make of a fit beside its map. Lists are values of its own, in a
+  /// [[sweep]] too.
+  struct OutputKey {
+    std::string_view name;
+    void (Reader::*read)(const toml::node& node, std::size_t line, BatchOutputs& outputs);
+  };
+
+  static std::span<const OutputKey> output_keys() {
+    static constexpr std::array kKeys{
+        OutputKey{"surface", &Reader::read_surface},
+        OutputKey{"surface_resolution", &Reader::read_surface_resolution},
+        OutputKey{"picture", &Reader::read_picture},
+        OutputKey{"picture_size", &Reader::read_picture_size},
+        OutputKey{"report", &Reader::read_report},
+        OutputKey{"compare", &Reader::read_compare},
+        OutputKey{"compare_resolution", &Reader::read_compare_resolution}};
+    return kKeys;
+  }
+
   Reader(std::filesystem::path file, const FitOptionsCheck& check, bool meshes_may_be_missing,
          std::stop_token stop)
       : check_(check), meshes_may_be_missing_(meshes_may_be_missing), stop_(std::move(stop)) {
@@ -174,10 +195,12 @@ class Reader {
       const std::size_t line = line_of(key.source());
       if (name == "mesh" || name == "name") {
         read_place(name, node, line, section);
-      } else if (kind == TableKind::sweep && node.is_array() && !is_always_list(name)) {
+      } else if (const OutputKey* output = output_key(name)) {
+        (this->*output->read)(node, line, section.outputs);
+      } else if (kind == TableKind::sweep && node.is_array()) {
         read_axis(name, *node.as_array(), line, section.axes);
-      } else if (!read_output(name, node, line, section.outputs)) {
-        if (!read_option(name, node, line, section.options)) unset.push_back(dashed(name));
+      } else if (!read_option(name, node, line, section.options)) {
+        unset.push_back(dashed(name));
       }
     }
     for (const SweepAxis& axis : section.axes) unset.push_back(axis.name);
@@ -214,18 +237,9 @@ class Reader {
     }
   }
 
-  /// Keys whose value is a list, in a [[sweep]] as elsewhere.
-  static bool is_always_list(const std::string& key) {
-    return key == "picture_size" || key == "compare";
-  }
-
   /// An option's list of values.
   void read_axis(const std::string& name, const toml::array& list, std::size_t line,
                  std::vector<SweepAxis>& axes) {
-    if (BatchOutputs ignored; is_output(name)) {
-      read_output(name, list, line, ignored);  // which says what it must be
-      return;
-    }
     SweepAxis axis{dashed(name), {}};
     if (list.empty()) {
       complain(line, fmt::format("'{}' is an empty list; give values, or leave it out", name));
@@ -249,49 +263,51 @@ class Reader {
     return name;
   }
 
-  static bool is_output(const std::string& name) {
-    constexpr std::array kOutputs = {"surface", "surface_resolution", "picture", "report",
-                                     "compare_resolution"};
-    return std::ranges::find(kOutputs, name) != kOutputs.end();
+  static const OutputKey* output_key(const std::string& name) {
+    const auto keys = output_keys();
+    const auto found = std::ranges::find(keys, name, &OutputKey::name);
+    return found == keys.end() ? nullptr : &*found;
   }
 
-  /// Whether the key is one of outputs.
-  bool read_output(const std::string& name, const toml::node& node, std::size_t line,
-                   BatchOutputs& outputs) {
-    if (name == "surface") {
-      if (const auto* wanted = node.as_boolean()) {
-        outputs.surface = wanted->get() ? std::optional<std::string>(".ply") : std::nullopt;
-      } else if (const auto kind = node.value<std::string>();
-                 kind && has_type("surface." + *kind, FileContent::mesh, FileUse::write)) {
-        outputs.surface = extension_of("surface." + *kind);
-      } else {
-        complain(line,
-                 "'surface' must be true, false, \"ply\", \"obj\", \"stl\", \"off\", \"glb\", "
-                 "\"3mf\" or \"usda\"");
-      }
-    } else if (name == "surface_resolution") {
-      read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
-    } else if (name == "picture") {
-      read_flag(node, line, "'picture'", outputs.picture);
-    } else if (name == "report") {
-      read_flag(node, line, "'report'", outputs.report);
-    } else if (name == "compare") {
-      read_compare(node, line, outputs.compare);
-    } else if (name == "compare_resolution") {
-      read_whole(node, 8, 1024, line, "'compare_resolution'", outputs.compare_resolution);
-    } else if (name == "picture_size") {
-      const toml::array* size = node.as_array();
-      if (size == nullptr || size->size() != 2) {
-        complain(line, "'picture_size' must be width and height, such as [640, 480]");
-        return true;
-      }
-      read_whole((*size)[0], 1, 16384, line, "the width of 'picture_size'", outputs.picture_width);
-      read_whole((*size)[1], 1, 16384, line, "the height of 'picture_size'",
-                 outputs.picture_height);
+  void read_surface(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
+    const auto kind = node.value<std::string>();
+    if (const auto* wanted = node.as_boolean()) {
+      outputs.surface = wanted->get() ? std::optional<std::string>(".ply") : std::nullopt;
+    } else if (kind && has_type("surface." + *kind, FileContent::mesh, FileUse::write)) {
+      outputs.surface = extension_of("surface." + *kind);
     } else {
-      return false;
+      std::string kinds;
+      for (const std::string& extension : extensions(FileContent::mesh, FileUse::write)) {
+        kinds += fmt::format(", \"{}\"", extension.substr(1));
+      }
+      complain(line, fmt::format("'surface' must be true, false or one of{}", kinds.substr(1)));
     }
-    return true;
+  }
+
+  void read_surface_resolution(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
+    read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
+  }
+
+  void read_picture(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
+    read_flag(node, line, "'picture'", outputs.picture);
+  }
+
+  void read_picture_size(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
+    const toml::array* size = node.as_array();
+    if (size == nullptr || size->size() != 2) {
+      complain(line, "'picture_size' must be width and height, such as [640, 480]");
+      return;
+    }
+    read_whole((*size)[0], 1, 16384, line, "the width of 'picture_size'", outputs.picture_width);
+    read_whole((*size)[1], 1, 16384, line, "the height of 'picture_size'", outputs.picture_height);
+  }
+
+  void read_report(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
+    read_flag(node, line, "'report'", outputs.report);
+  }
+
+  void read_compare_resolution(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
+    read_whole(node, 8, 1024, line, "'compare_resolution'", outputs.compare_resolution);
   }
 
   void read_flag(const toml::node& node, std::size_t line, const char* what, bool& value) {
@@ -313,7 +329,7 @@ class Reader {
   }
 
   /// The n of comparisons: a number or a list of them.
-  void read_compare(const toml::node& node, std::size_t line, std::vector<int>& compare) {
+  void read_compare(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
     const toml::array* list = node.as_array();
     const std::size_t count = list == nullptr ? 1 : list->size();
     std::vector<int> read;
@@ -327,7 +343,7 @@ class Reader {
       if (n > 0) read.push_back(n);
     }
     std::ranges::sort(read);
-    compare = std::move(read);
+    outputs.compare = std::move(read);
   }
 
   /// Returns the value of an option. A value of the wrong type, or one that is refused, is
@@ -474,6 +490,12 @@ class Reader {
 };
 
 }  // namespace
+
+std::vector<std::string> manifest_keys() {
+  std::vector<std::string> keys{"mesh", "name"};
+  for (const auto& output : Reader::output_keys()) keys.emplace_back(output.name);
+  return keys;
+}
 
 Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
                        bool meshes_may_be_missing, std::stop_token stop) {

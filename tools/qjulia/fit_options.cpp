@@ -1,6 +1,7 @@
 #include "fit_options.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -18,7 +19,7 @@ std::string spelled(std::string name) {
 }
 
 std::string option_names(const CommandLine& command) {
-  std::string names = "mesh, name, surface, surface_resolution, picture, picture_size, report";
+  std::string names = fmt::format("{}", fmt::join(batch::manifest_keys(), ", "));
   for (const std::string& name : command.option_names()) names += ", " + spelled(name);
   return names;
 }
