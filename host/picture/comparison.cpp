@@ -129,9 +129,9 @@ Image comparison(const Device& device, const Map& map, const TriangleMesh& mesh,
   mesh.validate();
   constexpr int kWidest = 32'767;  // Cairo's largest canvas, pixels
   if (2 * options.width + kGap > kWidest) {
-    throw OptionError("width", fmt::format("{} is too large for a sheet of two pictures side by "
-                                           "side; give at most {}",
-                                           options.width, (kWidest - kGap) / 2));
+    throw OptionError("size", fmt::format("a width of {} is too large for a sheet of two pictures "
+                                          "side by side; give at most {}",
+                                          options.width, (kWidest - kGap) / 2));
   }
   Map framed = map;
   if (!framed.frame.box) framed.frame.box = mesh.box();

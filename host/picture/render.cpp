@@ -169,8 +169,7 @@ void expect_color(const char* field, const Rgb& color) {
 }  // namespace
 
 void PictureOptions::validate() const {
-  base::expect_between("width", width, 1, 16384, "pixels");
-  base::expect_between("height", height, 1, 16384, "pixels");
+  for (const int side : {width, height}) base::expect_between("size", side, 1, 16384, "pixels");
   base::expect_between("iterations", iterations, 1, kMostIterations);
   base::expect_between("samples_per_axis", samples_per_axis, 1, 8);
   base::expect_finite("azimuth", camera.azimuth);

@@ -9,8 +9,8 @@ namespace qjulia::python {
 namespace {
 
 /// The library's names that Python spells otherwise.
-constexpr std::array<std::pair<const char*, const char*>, 4> kOwnNames{
-    {{"iterations", "n"}, {"samples_per_axis", "samples"}, {"width", "size"}, {"height", "size"}}};
+constexpr std::array<std::pair<const char*, const char*>, 2> kOwnNames{
+    {{"iterations", "n"}, {"samples_per_axis", "samples"}}};
 
 }  // namespace
 

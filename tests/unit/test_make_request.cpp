@@ -6,6 +6,7 @@
 #include "explore/maker.hpp"
 #include "explore/request.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 
 using namespace qjulia;
 using explore::read_make;
@@ -58,6 +59,13 @@ TEST_CASE("what cannot be used is named, with what to give") {
   CHECK_THROWS_WITH(read_view({{"zoom", "far"}}), "zoom: 'far' cannot be used; give a number");
   CHECK_THROWS_WITH(read_view({{"order-seed", "-1"}}),
                     ContainsSubstring("give a whole number that is not"));
+  for (const std::string& type : extensions(FileContent::mesh, FileUse::write)) {
+    CHECK(read_make({{"make", type.substr(1)}}).extension == type);
+    CHECK_THROWS_WITH(read_make({{"make", "png"}}), ContainsSubstring("make: give one of") &&
+                                                        ContainsSubstring(type.substr(1) + ","));
+  }
+  CHECK_THROWS_WITH(read_make({{"make", "ply"}, {"length", "1"}}),
+                    ContainsSubstring("a request has an unknown name; it takes frames, make"));
   CHECK_THROWS_WITH(read_make({{"make", "ply"}, {"resolution", "x"}}),
                     "resolution: 'x' cannot be used; give a whole number");
 }
@@ -117,6 +125,7 @@ TEST_CASE("nothing else is made") {
                                 {{"make", "ply"}, {"resolution", "64"}, {"resolution", "65"}},
                                 {{"make", "stl"}, {"millimetres", "-1"}},
                                 {{"make", "stl"}, {"cut-z", "50"}},
+                                {{"make", "3mf"}, {"cut-z", "50"}},
                                 {{"make", "stl"}, {"millimetres", "nan"}},
                                 {{"make", "turntable"}, {"frames", "1"}},
                                 {{"make", "turntable"}, {"frames", "120"}, {"size", "4000x4000"}},

@@ -132,8 +132,8 @@ TEST_CASE("options that make no picture are refused by name") {
     CHECK_THROWS_AS(options.validate(), InputError);
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  refused([](auto& o) { o.width = 0; }, "width");
-  refused([](auto& o) { o.height = 100000; }, "height");
+  refused([](auto& o) { o.width = 0; }, "size");
+  refused([](auto& o) { o.height = 100000; }, "size");
   refused([](auto& o) { o.iterations = 17; }, "iterations");
   refused([](auto& o) { o.samples_per_axis = 0; }, "samples");
   refused([&](auto& o) { o.camera.azimuth = nan; }, "azimuth");

@@ -13,6 +13,7 @@
 
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/surface_colors.hpp"
@@ -43,11 +44,17 @@ class TemporaryFolder {
   std::string path_;
 };
 
-std::string bytes_of(const TriangleMesh& mesh, const std::string& extension,
-                     const std::optional<UpAxis>& up) {
+std::string name_of_file(const MakeRequest& request) { return "mesh" + request.extension; }
+
+std::string bytes_of(const TriangleMesh& mesh, const Map& map, const MakeRequest& request) {
+  constexpr double kMillimetre = 1e-3;
+  MeshFileOptions options;
+  options.up = map.frame.up;
+  if (request.millimetres) options.metres_per_unit = kMillimetre;
+  if (request.extension == ".glb") options.map = packed_map(map);
   const TemporaryFolder folder;
-  const auto file = folder.path() / ("mesh" + extension);
-  write_mesh(mesh, file, "", up);
+  const auto file = folder.path() / name_of_file(request);
+  write_mesh(mesh, file, options);
   std::ostringstream bytes;
   bytes << std::ifstream(file, std::ios::binary).rdbuf();
   return std::move(bytes).str();
@@ -57,7 +64,7 @@ std::string bytes_of(const TriangleMesh& mesh, const std::string& extension,
 void add_colors(const Device& device, const Map& map, const MakeRequest& request,
                 const ProgressMonitor& monitor, TriangleMesh& mesh) {
   const PictureOptions& picture = request.view.picture;
-  if (picture.material == Material::clay || !holds_colors("mesh" + request.extension)) return;
+  if (picture.material == Material::clay || !holds_colors(name_of_file(request))) return;
   SurfaceColorOptions options;
   options.material = picture.material;
   options.palette = picture.palette;
@@ -69,6 +76,9 @@ void add_colors(const Device& device, const Map& map, const MakeRequest& request
 std::string mesh_file(const Device& device, Map map, const MakeRequest& request,
                       const ProgressMonitor& monitor) {
   if (request.millimetres) map = with_longest_side(std::move(map), *request.millimetres);
+  if (stands_upright(name_of_file(request))) {  // as it is drawn
+    map.frame.up = request.view.picture.camera.up.value_or(map.frame.up.value_or(kDefaultUp));
+  }
   // Pictures are drawn on `device` while slabs of the mesh are evaluated on threads of their own.
   const Device own = device.sibling();
   TriangleMesh mesh = extract_surface(own, map, request.surface, monitor);
@@ -77,7 +87,7 @@ std::string mesh_file(const Device& device, Map map, const MakeRequest& request,
                     ? "the set is too thin for cells of this size: give a higher resolution"
                     : "the set is empty: try less detail, or fewer iterations");
   }
-  drop_loose_pieces(mesh);
+  if (!request.view.picture.keep_loose) drop_loose_pieces(mesh);
   add_colors(own, map, request, monitor, mesh);
   for (const Cut& cut : request.view.picture.cuts) {
     if (!map.frame.box) throw InputError("cut: the map keeps no box of its shape");
@@ -92,7 +102,7 @@ std::string mesh_file(const Device& device, Map map, const MakeRequest& request,
                               report.closed()                     ? "closed and manifold"
                               : request.view.picture.cuts.empty() ? "not closed"
                                                                   : "open where it is cut")});
-  return bytes_of(mesh, request.extension, map.frame.up);
+  return bytes_of(mesh, map, request);
 }
 
 std::string turntable(const Device& device, const Map& map, const MakeRequest& request,

@@ -16,11 +16,12 @@ namespace qjulia::explore {
 class Painter {
  public:
   /// @param mesh what a view of the mesh shows; it must stay.
-  /// @param keep_loose of all pictures.
+  /// @param keep_loose of all pictures, and of what is made of the map.
   Painter(Device device, const TriangleMesh* mesh, bool keep_loose)
       : device_(std::move(device)), mesh_(mesh), keep_loose_(keep_loose) {}
 
   const Device& device() const { return device_; }
+  bool keeps_loose() const { return keep_loose_; }
   /// From now on pictures are of this map.
   void show(Map map);
 

@@ -10,7 +10,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "base/range_check.hpp"
 #include "base/text.hpp"
 #include "qjulia/colors.hpp"
 #include "qjulia/file_types.hpp"
@@ -227,24 +226,60 @@ std::optional<std::string> taken(Query& query, const std::string& name) {
 }
 
 template <class Number>
-std::optional<Number> taken_number(Query& query, const std::string& name, Number least,
-                                   Number most) {
-  const auto text = taken(query, name);
-  if (!text) return std::nullopt;
-  const auto value = naming(name, [&] { return query_number<Number>(*text); });
-  base::expect_between(name.c_str(), value, least, most);
-  return value;
+Number number_between(std::string_view text, Number least, Number most) {
+  const auto value = query_number<Number>(text);
+  if (value >= least && value <= most) return value;
+  throw InputError(fmt::format("{} is out of range; give {} to {}", value, least, most));
 }
 
-}  // namespace
+/// A mesh's type without its dot, or "turntable".
+void read_product(std::string_view text, MakeRequest& made) {
+  constexpr std::string_view kTurntable = "turntable";
+  made.is_turntable = text == kTurntable;
+  made.extension = fmt::format(".{}", text);
+  const auto meshes = extensions(FileContent::mesh, FileUse::write);
+  if (made.is_turntable || std::ranges::count(meshes, made.extension) > 0) return;
+  std::string names;
+  for (const std::string& extension : meshes) names += extension.substr(1) + ", ";
+  throw InputError(fmt::format("give one of {}{}", names, kTurntable));
+}
 
-ViewRequest read_view(const Query& query) {
+/// What a name of a request to make a file does, besides those of views.
+using MakePart = std::function<void(std::string_view, MakeRequest&)>;
+
+const std::map<std::string, MakePart, std::less<>>& make_parts() {
+  static const std::map<std::string, MakePart, std::less<>> all{
+      {"make", read_product},
+      {"resolution",
+       [](auto text, auto& made) {
+         made.surface.resolution = number_between(text, 16, MakeRequest::kMostCells);
+       }},
+      {"millimetres",
+       [](auto text, auto& made) { made.millimetres = number_between(text, 1e-3, 1e5); }},
+      {"frames", [](auto text, auto& made) {
+         made.frames = number_between(text, 2, MakeRequest::kMostFrames);
+       }}};
+  return all;
+}
+
+/// The names of a table, with commas between them.
+template <class Table>
+std::string names_of(const Table& table) {
+  std::string names;
+  for (const auto& [name, part] : table) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+/// @param names that the request may have.
+ViewRequest view_of(const Query& query, const std::string& names) {
   ViewRequest view;
   view.picture.samples_per_axis = 1;
   std::string size_text;
   for (const auto& [name, value] : query) {
     const auto found = parts().find(name);
-    if (found == parts().end()) throw InputError("a request has an unknown name");
+    if (found == parts().end()) {
+      throw InputError(fmt::format("a request has an unknown name; it takes {}", names));
+    }
     if (query.count(name) > 1) throw InputError(fmt::format("'{}' is given twice", name));
     const auto& [changes, take] = found->second;
     naming(name, [&, &read_part = take, &given = value] { read_part(given, view); });
@@ -258,23 +293,22 @@ ViewRequest read_view(const Query& query) {
   return view;
 }
 
+}  // namespace
+
+ViewRequest read_view(const Query& query) { return view_of(query, names_of(parts())); }
+
 MakeRequest read_make(Query query) {
   MakeRequest made;
-  const std::string what = taken(query, "make").value_or("");
-  made.is_turntable = what == "turntable";
-  made.extension = "." + what;
-  const auto meshes = extensions(FileContent::mesh, FileUse::write);
-  if (!made.is_turntable && std::ranges::count(meshes, made.extension) == 0) {
-    throw InputError("make: give ply, obj, off, stl, glb or turntable");
+  if (!query.contains("make")) query.emplace("make", "");  // what it may be is said then
+  for (const auto& [name, take] : make_parts()) {
+    const auto text = taken(query, name);
+    if (text) naming(name, [&, &read_part = take] { read_part(*text, made); });
   }
-  made.surface.resolution =
-      taken_number(query, "resolution", 16, MakeRequest::kMostCells).value_or(256);
-  made.millimetres = taken_number(query, "millimetres", 1e-3, 1e5);
-  made.frames = taken_number(query, "frames", 2, MakeRequest::kMostFrames).value_or(made.frames);
-  made.view = read_view(query);
+  made.view = view_of(query, fmt::format("{}, {}", names_of(make_parts()), names_of(parts())));
   made.surface.iterations = made.view.picture.iterations;
   const PictureOptions& picture = made.view.picture;
-  if (made.extension == ".stl" && !picture.cuts.empty()) {
+  const bool is_printed = made.extension == ".stl" || made.extension == ".3mf";
+  if (is_printed && !picture.cuts.empty()) {
     throw InputError(
         "a set that is cut open is not closed, and cannot be printed: set x, y and z under 'Cut "
         "open' to 100, or make another file");
@@ -289,7 +323,6 @@ MakeRequest read_make(Query query) {
 std::string message_of(const OptionError& error) {
   std::string name = error.field();
   if (name == "samples_per_axis") name = "samples";
-  if (name == "width" || name == "height") name = "size";
   std::ranges::replace(name, '_', '-');
   return fmt::format("{}: {}", name, error.problem());
 }

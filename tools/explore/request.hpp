@@ -45,8 +45,8 @@ struct MakeRequest {
   int frames = 36;
 };
 
-/// Names are those of `read_view`, and `make` (ply, obj, off, stl, glb, turntable), `resolution`,
-/// `millimetres`, `frames`. @throws InputError naming what is wrong
+/// Names are those of `read_view`, and `make` (a mesh's type, such as "ply", or "turntable"),
+/// `resolution`, `millimetres`, `frames`. @throws InputError naming what is wrong
 MakeRequest read_make(Query query);
 
 /// What is wrong with an option, under its name in a query: "samples_per_axis" is "samples".

@@ -335,7 +335,9 @@ struct Server::Impl {
     });
     http.Get("/make", [this](const auto& request, auto& response) {
       answer(request, response, Job::Length::long_job, [this](const Query& query) -> Work {
-        return [this, wanted = read_make(query)](Job& job) {
+        MakeRequest wanted = read_make(query);
+        wanted.view.picture.keep_loose = painter.keeps_loose();
+        return [this, wanted](Job& job) {
           const Map map = painter.turned(wanted.view);
           ProgressMonitor monitor;
           monitor.stop = job.stop();

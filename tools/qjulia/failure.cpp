@@ -15,12 +15,10 @@ namespace {
 
 /// The option that sets a field of an options struct: "max_evaluations" is "--max-evaluations".
 std::string option_name(std::string field) {
-  constexpr std::array<std::pair<const char*, const char*>, 6> kOthers{
+  constexpr std::array<std::pair<const char*, const char*>, 4> kOthers{
       {{"balls", "--ball"},
        {"blocks", "--block"},
        {"lane_width", "--width"},
-       {"width", "--size"},
-       {"height", "--size"},
        {"samples_per_axis", "--samples"}}};
   for (const auto& [name, option] : kOthers) {
     if (field == name) return option;
