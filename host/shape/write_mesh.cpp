@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 #include <string>
 
 #include "base/output_file.hpp"
@@ -79,17 +80,23 @@ void write_contents(const TriangleMesh& mesh, const std::string& extension,
   const UpAxis up = options.up.value_or(UpAxis::z);
   const double metres = options.metres_per_unit.value_or(1);
   const Eigen::Matrix3d turn = options.file_turn();
-  if (extension == ".ply") write_ply(mesh, options.note, turn, out);
-  if (extension == ".off") write_off(mesh, turn, out);
-  if (extension == ".stl") write_stl(mesh, quarter_turns(up, UpAxis::z), out);
-  if (extension == ".glb") {
+  if (extension == ".ply") {
+    write_ply(mesh, options.note, turn, out);
+  } else if (extension == ".off") {
+    write_off(mesh, turn, out);
+  } else if (extension == ".stl") {
+    write_stl(mesh, quarter_turns(up, UpAxis::z), out);
+  } else if (extension == ".glb") {
     shape::write_glb(mesh, options.name, options.note, up, metres, options.map, out);
-  }
-  if (extension == ".usda") shape::write_usd(mesh, options.name, options.note, up, metres, out);
-  if (extension == ".3mf") {
+  } else if (extension == ".usda") {
+    shape::write_usd(mesh, options.name, options.note, up, metres, out);
+  } else if (extension == ".3mf") {
     constexpr double kMillimetres = 1000;  // in a metre
     const double scale = options.metres_per_unit ? kMillimetres * metres : 1;
     shape::write_3mf(mesh, options.name, options.note, quarter_turns(up, UpAxis::z), scale, out);
+  } else {
+    throw std::logic_error("the table of file types has a mesh that nothing here writes: " +
+                           extension);
   }
 }
 

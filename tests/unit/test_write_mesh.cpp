@@ -10,6 +10,7 @@
 
 #include "base/larger_error.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
@@ -90,6 +91,15 @@ TEST_CASE("every format is written and read back") {
   CHECK(report.closed());
   CHECK(report.components == 1);
   CHECK(report.warnings().empty());
+}
+
+TEST_CASE("every type of the table is written") {
+  for (const std::string& extension : extensions(FileContent::mesh, FileUse::write)) {
+    CAPTURE(extension);
+    const auto path = written_folder.path() / ("every" + extension);
+    write_mesh(shapes::torus(1, 0.35, 24, 12), path);
+    CHECK(std::filesystem::file_size(path) > 0);
+  }
 }
 
 TEST_CASE("binary formats have the size their layout asks for") {
