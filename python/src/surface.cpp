@@ -74,7 +74,7 @@ TriangleMesh selected(TriangleMesh mesh, Selection wanted, std::optional<UpAxis>
   if (!wanted.keep_loose) drop_loose_pieces(mesh);
   if (wanted.min_component > 0) mesh = large_components(mesh, wanted.min_component);
   if (!wanted.print.is_any()) return mesh;
-  wanted.print.up = up.value_or(UpAxis::z);
+  wanted.print.up = up.value_or(kDefaultUp);
   return made_printable(std::move(mesh), wanted.print, monitor).mesh;
 }
 
