@@ -126,14 +126,12 @@ formula::Program program_of(const std::string& path) {
   return extension == ".fract" ? formula::Program::mandelbulber : formula::Program::shadertoy;
 }
 
-void write_formula(const Map& map, const Refit& refitted, const ConvertArguments& arguments,
-                   Session& session) {
+void write_formula(const Map& map, const Refit& refitted, const Device& device,
+                   const ConvertArguments& arguments, Session& session) {
   const std::string& path = arguments.output.path;
-  const auto program = program_of(path);
-  formula::expect_formula(map, program);
-  const Device device = session.open_device(arguments.device);
   const formula::Reach reach = formula::reach_of(device, map, session.interrupts.token());
-  base::write_file(path, formula::formula_text(map, reach, program, name_of(arguments.input)));
+  base::write_file(path,
+                   formula::formula_text(map, reach, program_of(path), name_of(arguments.input)));
   session.console.summary(
       fmt::format("{}{} factors\nformula: {}", refitted.text, map.dynamics.factors.size(), path),
       {{"formula", path}, {"factors", map.dynamics.factors.size()}, {"refit", refitted.json}});
@@ -148,11 +146,14 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
   session.check_outputs(inputs, {output_named("OUT", arguments.output, map_outputs())});
   Map map = read_any(arguments.input, session.interrupts.token());
-  // A map that stays as it is needs no device.
+  std::optional<Device> opened;  // a map that stays as it is needs none
+  const auto device = [&]() -> const Device& {
+    return opened ? *opened : opened.emplace(session.open_device(arguments.device));
+  };
   if (!arguments.map_options.given().empty()) {
-    const Device device = session.open_device(arguments.device);
-    map = with_knobs(device, map, arguments.map_options, arguments.input);
-    map.provenance.set("turned", made_with(arguments.input, arguments.map_options, device.info()));
+    map = with_knobs(device(), map, arguments.map_options, arguments.input);
+    map.provenance.set("turned",
+                       made_with(arguments.input, arguments.map_options, device().info()));
   } else if (is_original_file(arguments.input)) {
     map.provenance.set("converted", converted_from(arguments.input));
   }
@@ -173,13 +174,16 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
           few.dynamics.factors.size(), static_cast<std::size_t>(*arguments.most_factors)));
       formula::expect_formula(few, program_of(arguments.output.path));
     }
-    refitted = refit(map, *arguments.most_factors, session.open_device(arguments.device), session);
+    refitted = refit(map, *arguments.most_factors, device(), session);
   }
   if (has_type(arguments.output.path, FileContent::formula, FileUse::write)) {
-    write_formula(map, refitted, arguments, session);
+    formula::expect_formula(map, program_of(arguments.output.path));
+    write_formula(map, refitted, device(), arguments, session);
+    session.report_kernels(*opened);
     return kDone;
   }
   write_map(map, arguments.output.path);
+  if (opened) session.report_kernels(*opened);
   session.console.summary(fmt::format("{}{} factors\nmap: {}", refitted.text,
                                       map.dynamics.factors.size(), arguments.output.path),
                           {{"map", arguments.output.path},
