@@ -1,9 +1,10 @@
-/// Writes what other programs read of the command line: manual pages, completions of shells, and
-/// the pages of commands and of the environment.
+/// Writes what other programs read of the command line: manual pages, completions of shells, the
+/// pages of commands and of the environment, and the options of all commands as JSON.
 
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "base/output_file.hpp"
 #include "commands.hpp"
@@ -41,6 +42,20 @@ void write(const std::filesystem::path& folder, const std::string& date) {
   base::write_file(folder / "qjulia.fish", fish_completion(program));
 }
 
+/// Names, letters and values of every command's options and arguments.
+nlohmann::ordered_json options_json(const ProgramUsage& program) {
+  nlohmann::ordered_json all;
+  for (const CommandUsage& command : program.commands) {
+    for (const OptionUsage& option : command.options) {
+      all[command.name].push_back({{"name", option.name},
+                                   {"letter", option.letter},
+                                   {"values", option.values},
+                                   {"is_positional", option.is_positional}});
+    }
+  }
+  return all;
+}
+
 }  // namespace
 }  // namespace qjulia::manual
 
@@ -55,6 +70,10 @@ int main(int argc, char** argv) {
       fmt::print("{}", qjulia::manual::commands_page(qjulia::manual::usage()));
       return 0;
     }
+    if (what == "options" && argc == 2) {
+      fmt::print("{}\n", qjulia::manual::options_json(qjulia::manual::usage()).dump(1));
+      return 0;
+    }
     if (what == "write" && argc == 4) {
       qjulia::manual::write(argv[2], argv[3]);
       return 0;
@@ -63,8 +82,6 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "qjulia_manual: {}\n", error.what());
     return 1;
   }
-  fmt::print(stderr,
-             "usage: qjulia_manual environment | qjulia_manual commands | qjulia_manual write "
-             "FOLDER DATE\n");
+  fmt::print(stderr, "usage: qjulia_manual environment | commands | options | write FOLDER DATE\n");
   return 2;
 }
