@@ -1,0 +1,318 @@
+"""Every keyword of every function is accepted once, and what comes of it is another than without it."""
+
+import numpy as np
+import pytest
+
+import qjulia
+from test_types import keywords_in_stub
+
+POINTS = np.array([[0.9, 0.1, 0.2], [0.2, 0.3, 0.1], [1.4, 0.0, 0.1]])
+BOX = [[-1.5, -1.5, -0.5], [1.5, 1.5, 0.6]]
+FEW = {"factors": 9, "max_evaluations": 2, "schedule": "fast"}
+KNOBS = {
+    "detail": 0.03,
+    "order_seed": 5,
+    "phase": (0.8, 0.6, 0, 0),
+    "slice": 0.05,
+    "rotate": (0, 0, 1, 20),
+    "drift": 0.1,
+    "translate": (0.1, 0, 0),
+    "scale": 1.1,
+    "steepness": 2,
+}
+QUERY = {"n": 2, "space": "map", "precision": "double", "escape": 30}
+PRINT = {"height": 40, "flat_foot": 1, "shell": 4, "drain": 2}
+LOOK = {
+    "size": (16, 12),
+    "n": 3,
+    "azimuth": 40,
+    "elevation": 20,
+    "zoom": 1.25,
+    "look_at": (0, 0.1, 0),
+    "frame": BOX,
+    "field_of_view": 40,
+    "up": "y",
+    "lamp": (10, 20, 1.5),
+    "background": "transparent",
+    "ground": False,
+    "samples": 1,
+}
+OF_MAP = {
+    "material": "trap",
+    "palette": ["#102030", "#405060"],
+    "range": (0, 1),
+    "box": [[-2, -2, -2], [2, 2, 2]],
+    "cuts": {"z": "90%"},
+    "keep_loose": True,
+    "exact": True,
+    "escape": 60,
+    "precision": "double",
+}
+SCHEDULE = """
+evaluations = 2
+[[level]]
+name = "only"
+until = 1.0
+samples = 2000
+band = 0.05
+band_weight = 1.0
+"""
+
+
+def noted(*_):
+    """Listens, and has nothing to say."""
+
+
+def weights(points):
+    return np.ones(len(points))
+
+
+class Calls:
+    """A call with keywords for each function; those with several need several."""
+
+    def __init__(self, map, torus, folder):
+        self.map, self.torus, self.folder = map, torus, folder
+        self.mesh = map.surface(16)
+        self.picture = qjulia.render(map, size=(8, 6), samples=1)
+
+    def saved(self, name, **options):
+        path = self.folder / name
+        self.mesh.save(path, **options)
+        return path.read_bytes()
+
+    def saved_picture(self, **options):
+        path = self.folder / "picture.png"
+        qjulia.save_png(self.picture, path, **options)
+        return path.read_bytes()
+
+    def of(self, device):
+        """By function: what to call, and the keywords of each call."""
+        use = {"device": device}
+        hear = {**use, "on_progress": noted}
+        map, torus = self.map, self.torus
+        colors = np.full((len(self.mesh.vertices), 3), 9, np.uint8)
+        fit = {**hear, "on_evaluation": noted}
+        fits = [
+            {
+                **fit,
+                **FEW,
+                "seed": 7,
+                "detail": 0.03,
+                "time_limit": 1000,
+                "target_iou": 0.999,
+                "polish": True,
+                "unknowns": "exponents",
+                "placement": "paper",
+                "precision": "double",
+                "sample_parts": 2,
+                "steepness": 2,
+                "up": "z",
+                "weights": weights,
+                "checkpoint": str(self.folder / "checkpoint"),
+                "resume": True,
+            },
+            {"max_factors": 9, "max_evaluations": 2, "schedule_text": SCHEDULE},
+            {"initial": map, "max_evaluations": 2},
+        ]
+        return {
+            "Device.__init__": (qjulia.Device, [{"layout": "gpu", "tuned": False}]),
+            "Surface.save": (lambda **k: self.saved("a.glb", **k), [{"up": "y", "colors": colors, "map": map}]),
+            "sample_surface": (lambda **k: qjulia.sample_surface(torus, 9, **k), [{"seed": 7}]),
+            "signed_distance": (
+                lambda **k: qjulia.signed_distance(torus, POINTS, **k),
+                [{**use, "precision": "double"}],
+            ),
+            "Map.with_factors": (
+                lambda **k: map.with_factors(map.factors, **k),
+                [{"log_scale": 0.5}, {"surface_level": 0.5}, {**use, "calibrate": False, "log_scale": 0.1}],
+            ),
+            "Map.calibrated": (map.calibrated, [use]),
+            "Map.with_knobs": (map.with_knobs, [{name: value} for name, value in KNOBS.items()] + [{**use, **KNOBS}]),
+            "Map.field": (lambda **k: map.field(POINTS, **k), [{**use, **QUERY}, {"gradient": True}]),
+            "Map.versors": (
+                lambda **k: map.versors(POINTS, **k),
+                [{**use, "space": "map", "precision": "double"}],
+            ),
+            "Map.images": (lambda **k: map.images(POINTS, **k), [{**use, **QUERY}]),
+            "Map.orbits": (lambda **k: map.orbits(POINTS, **k), [{**use, **QUERY}]),
+            "Map.escape_counts": (lambda **k: map.escape_counts(POINTS, **k), [{**use, **QUERY}]),
+            "Map.sample": (
+                lambda **k: map.sample(8, **k),
+                [{**hear, "n": 2, "box": BOX, "escape": 30, "precision": "double"}],
+            ),
+            "Map.surface": (
+                lambda **k: map.surface(16, **k),
+                [
+                    {**hear, "n": 2, "box": BOX, "draft": True, "refine": 3, "escape": 30, "precision": "double"},
+                    {"n": 1, "dense": True, "keep_loose": True},
+                    PRINT,
+                    {"longest": 40, "min_wall": 1, "largest_component": True},
+                    {"max_triangles": 200, "max_error": 0.5, "min_component": 0.5},
+                ],
+            ),
+            "Map.surface_colors": (
+                lambda **k: map.surface_colors(self.mesh, **k),
+                [
+                    {
+                        **hear,
+                        "material": "trap",
+                        "palette": ["#102030", "#405060"],
+                        "range": (0, 1),
+                        "n": 3,
+                        "escape": 30,
+                        "precision": "double",
+                    }
+                ],
+            ),
+            "Map.paint": (
+                lambda **k: map.paint(**k),
+                [
+                    {
+                        **hear,
+                        "balls": [[1, 0, 0, 0.3, 0.5]],
+                        "blocks": [[0, 0, 0, 1, 1, 1, 0.2]],
+                        "ramp": ("x", 0, 1),
+                        "thickness": 0.15,
+                        "elsewhere": 0.5,
+                    }
+                ],
+            ),
+            "Map.portals": (lambda **k: map.portals(1, **k), [{**hear, "size": 0.2, "mask": "none"}]),
+            "render": (
+                lambda **k: qjulia.render(map, **{"size": (8, 6), **k}),
+                [{**hear, **LOOK, **OF_MAP}, {"layers": True}],
+            ),
+            "render of a mesh": (lambda **k: qjulia.render(torus, **{"size": (8, 6), **k}), [{"framed": BOX}]),
+            "save_png": (self.saved_picture, [{"map": map}]),
+            "compare": (
+                lambda **k: qjulia.compare(map, torus, **{"resolution": 16, **k}),
+                [
+                    {
+                        **hear,
+                        "n": [1, 2],
+                        "resolution": 20,
+                        "box": BOX,
+                        "escape": 30,
+                        "precision": "double",
+                    },
+                    {"limbs": True},
+                ],
+            ),
+            "fit": (
+                lambda **k: qjulia.fit(*torus, **(k or FEW)).map,
+                [{**fits[0], "on_stage": noted}, *fits[1:]],
+            ),
+            "Fit.__init__": (lambda **k: finished(qjulia.Fit(*torus, **(k or FEW))), fits),
+            "shape": (
+                lambda **k: qjulia.shape(*torus, **{"resolution": 32, **k}),
+                [
+                    {
+                        **hear,
+                        "versor": "random",
+                        "roots": 8,
+                        "seed": 2,
+                        "resolution": 33,
+                        "detail": 0.03,
+                        "thickness": 0.15,
+                        "steepness": 2,
+                        "up": "z",
+                        "fourth": "ignored",
+                        "phase": (0.8, 0.6, 0, 0),
+                    },
+                    {"versor": "noise", "octaves": 3, "scale": 8},
+                ],
+            ),
+            "Energy.__init__": (
+                lambda **k: energy_of(map, **k),
+                [
+                    {
+                        **use,
+                        "sides": [1, -1, 1],
+                        "weights": [1, 2, 3],
+                        "targets": [0.1, -0.1, 0.2],
+                        "loss": "tanh",
+                        "alpha": 2,
+                        "n": 2,
+                        "slice": True,
+                        "space": "map",
+                        "escape": 30,
+                        "precision": "double",
+                    }
+                ],
+            ),
+        }
+
+
+def finished(fit):
+    for _ in fit:
+        pass
+    return fit.map
+
+
+def energy_of(map, **options):
+    energy = qjulia.Energy(map, POINTS, **options)
+    return energy.value_and_gradient(energy.x0)
+
+
+def arrays_of(thing):
+    """What a call gives, as arrays that can be compared."""
+    if isinstance(thing, qjulia.Map):
+        return [np.frombuffer(thing.to_json().encode(), np.uint8)]
+    if isinstance(thing, qjulia.Device):
+        return [np.frombuffer(thing.layout.encode(), np.uint8)]
+    if isinstance(thing, bytes):
+        return [np.frombuffer(thing, np.uint8)]
+    if isinstance(thing, (tuple, list)):
+        return [array for part in thing for array in arrays_of(part)]
+    if isinstance(thing, dict):
+        return [array for part in thing.values() for array in arrays_of(part)]
+    return [np.asarray(thing)]
+
+
+def are_same(one, other):
+    one, other = arrays_of(one), arrays_of(other)
+    return len(one) == len(other) and all(np.array_equal(a, b) for a, b in zip(one, other))
+
+
+@pytest.fixture(scope="module")
+def calls(map, torus, device, tmp_path_factory):
+    return Calls(map, torus, tmp_path_factory.mktemp("calls")).of(device)
+
+
+def function_of(call):
+    """ "render of a mesh" is a call of "render"."""
+    return call.split(" ")[0]
+
+
+def test_every_keyword_has_a_value(calls):
+    stub = {name: keywords for name, keywords in keywords_in_stub().items() if keywords}
+    given = {}
+    for name, (_, keywords) in calls.items():
+        given.setdefault(function_of(name), set()).update(*keywords)
+    assert given == stub
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, keywords in keywords_in_stub().items() if keywords] + ["render of a mesh"]
+)
+def test_keywords_are_accepted_and_change_what_comes(calls, name):
+    call, several = calls[name]
+    plain = call()
+    for keywords in several:
+        same_by_intent = set(keywords) <= {"device"}
+        assert are_same(call(**keywords), plain) == same_by_intent, keywords
+
+
+def test_a_height_is_along_the_up_axis_of_pictures(device):
+    """Of a map that does not say which way is up."""
+    map = qjulia.quadratic_map((0.285, 0.485, 0, 0))
+    assert map.up is None
+    vertices = map.surface(24, height=10, device=device).vertices
+    assert np.ptp(vertices[:, 1]) == pytest.approx(10)
+
+
+def test_messages_name_the_keyword(map, device):
+    with pytest.raises(qjulia.OptionError, match="^height: "):
+        map.surface(16, height=-1, device=device)
+    with pytest.raises(qjulia.OptionError, match="^size: "):
+        qjulia.render(map, size=(8, 100000), device=device)

@@ -1,0 +1,679 @@
+"""Every option of every command is accepted, and something shows that it had an effect.
+
+The commands with their options are the program's own list (`qjulia_manual options`), and so are the keys of a batch's
+manifest and the names in a request to `explore`, which error messages list. The tables below give each of them a value.
+What they leave out fails the test by its name, and so does what the program does not have.
+
+usage: options.py QJULIA QJULIA_MANUAL FOLDER MESH [--slow]
+"""
+
+import http.client
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+# The options that many commands have: the first run of a command gives those that it does not give itself.
+SHARED = {
+    "--device": "cpu",
+    "--layout": "cpu",
+    "--trust-device": None,
+    "--trace": "trace.json",
+    "--profile": "kernels.json",
+    "--verbose": None,
+    "--iterations": "3",
+    "--detail": "0.03",
+    "--order-seed": "5",
+    "--phase": "0.8 0.6 0 0",
+    "--slice": "0.05",
+    "--rotate": "0 0 1 20",
+    "--drift": "0.1",
+    "--translate": "0.1 0 0",
+    "--scale": "1.1",
+    "--steepness": "2",
+    "--box": "-3 -3 -3 3 3 3",
+    "--escape": "60",
+    "--precision": "double",
+    "--size": "16x12",
+    "--azimuth": "40",
+    "--elevation": "20",
+    "--zoom": "1.25",
+    "--look-at": "0 0.1 0",
+    "--frame": "-1.5 -1.5 -1.5 1.5 1.5 1.5",
+    "--field-of-view": "40",
+    "--up": "z",
+}
+
+
+def check(holds, what):
+    if not holds:
+        sys.exit(f"options: {what}")
+
+
+# --- how an option shows -----------------------------------------------------------------------------------------------
+
+
+def leaves(value):
+    """What nested lists hold, in order."""
+    if not isinstance(value, list):
+        return [value]
+    return [leaf for part in value for leaf in leaves(part)]
+
+
+def values_of(key, value):
+    """Every value that stands under the key, however deep."""
+    if isinstance(value, dict):
+        for name, part in value.items():
+            if name == key:
+                yield part
+            yield from values_of(key, part)
+    elif isinstance(value, list):
+        for part in value:
+            yield from values_of(key, part)
+
+
+def is_same(given, kept):
+    """Whether what is kept is what was given."""
+    if given is None:
+        return kept is True
+    words, kept = re.split("[ ,]", given), leaves(kept)
+    if len(words) != len(kept):
+        return False
+    for word, leaf in zip(words, kept):
+        if isinstance(leaf, str):
+            if word != leaf.removeprefix("#"):
+                return False
+        elif not re.fullmatch("-?[0-9.]+", word) or abs(float(word) - leaf) > 1e-6:
+            return False
+    return True
+
+
+def note_of(picture):
+    """What the picture says of how it was made."""
+    data, at = picture.read_bytes(), 8
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        text = data[at + 8 : at + 8 + length]
+        if kind == b"tEXt" and text.startswith(b"qjulia\0"):
+            return json.loads(text[7:])
+        at += 12 + length
+    return {}
+
+
+def comparable(path):
+    """The file without what is new each time."""
+    data = path.read_bytes()
+    if path.suffix == ".json":
+        whole = json.loads(data)
+        whole.pop("provenance", None)
+        return whole
+    return data
+
+
+class Done:
+    """A command that has ended."""
+
+    def __init__(self, folder, run, words, finished, began):
+        self.folder, self.run, self.words, self.began = folder, run, words, began
+        self.code, self.out, self.err = finished.returncode, finished.stdout, finished.stderr
+        self.json = {}
+
+    def path(self, name):
+        return self.folder / name
+
+    def read(self, name):
+        return json.loads(self.path(name).read_text())
+
+    def files(self):
+        """The names of what it wrote."""
+        names = [word for word in self.words if self.path(word).is_file()]
+        return [name for name in names if self.path(name).stat().st_mtime >= self.began]
+
+    def keeps(self):
+        """What it says of its options, on standard output and in what it wrote."""
+        kept = [self.json]
+        for name in self.files():
+            if name.endswith(".qjulia.json"):
+                kept.append(self.read(name))
+            if name.endswith(".png"):
+                kept.append(note_of(self.path(name)))
+        return kept
+
+
+# Under which other names values are kept.
+OTHER_NAMES = {"--ball": "balls", "--block": "blocks", "--up": "file_up"}
+
+# How the options show that are kept nowhere and change no file.
+SHOWS = {
+    "--output": lambda done, value: done.path(value).exists(),
+    "--json": lambda done, value: done.json,
+    "--quiet": lambda done, value: "device: " not in done.err,
+    "--trace": lambda done, value: done.read(value)["traceEvents"],
+    "--profile": lambda done, value: done.read(value)["kernels"],
+    "--verbose": lambda done, value: "kernel " in done.err,
+}
+
+# Options that do not show in these runs, and why.
+UNSEEN = {
+    "--device": "the same in all runs, which are of CPUs",
+    "--layout": "a CPU's own layout, in which all its kernels are built already",
+    "--trust-device": "only GPUs are tested before their first use",
+    "surface --dense": "by its help the mesh stays the same",
+    "surface --largest-component": "these sets have one component",
+    "surface --min-component": "these sets have one component",
+    "surface --keep-loose": "these sets have no loose pieces",
+    "info --verbose": "text alone has more to say, and all runs are for --json",
+    "share --verbose": "there is no more to say where no device computes",
+    "devices --verbose": "text alone has more to say, and all runs are for --json",
+    "doctor --verbose": "it says all that it does",
+    "profile --verbose": "its tables say all of kernels",
+    "profile --seconds": "there is time for all",
+    "profile --factors": "what --grid and --against say does not have it",
+    "profile --across-devices": "two reports of one device are compared",
+    "batch --verbose": "a batch says more of entries that begin, and none does",
+    "explore --verbose": "it has more to say as it ends",
+}
+
+
+class Run:
+    """The words of one command line, and how its options show where they are kept nowhere."""
+
+    def __init__(self, arguments, options, shows=None, codes=(0,), keep=None, slow=False):
+        self.arguments, self.options, self.shows = arguments.split(), options, shows or {}
+        self.codes, self.keep, self.slow = codes, keep, slow
+
+    def words(self, options):
+        words = list(self.arguments)
+        for name, value in options.items():
+            words.append(name)
+            # Whatever the option takes: one word, or several.
+            words.extend([] if value is None else value.split(" "))
+        return words
+
+
+def count_of(key, count):
+    return lambda done, value: next(values_of(key, done.json)) == count
+
+
+def makes(name):
+    return lambda done, value: done.path(name).exists()
+
+
+def holds(key):
+    """The map that was written has it."""
+    return lambda done, value: done.read(done.files()[0])[key]
+
+
+FIT = {"--factors": "9", "--time-limit": "1000", "--detail": "0.03", "--steepness": "2", "--up": "z",
+       "--target-iou": "0.999", "--max-evaluations": "2", "--seed": "7", "--schedule": "fast", "--polish": None,
+       "--unknowns": "exponents", "--placement": "paper", "--sample-parts": "2", "--precision": "double",
+       "--output": "f.qjulia.json"}
+SMALL_FIT = {"--max-evaluations": "2", "--schedule": "fast"}
+KERNELS = {"--samples": "500", "--repeats": "2", "--kernels": "energy"}
+
+# Each run but the first of a command is quiet. What a command reads is made by those before it.
+RUNS = {
+    "devices": [Run("", {}), Run("", {})],
+    "doctor": [Run("", {}, slow=True), Run("", {}, slow=True)],
+    "fit": [
+        Run("MESH", {**FIT, "--report": "report"}, {"--report": makes("report/report.html")}),
+        Run("MESH", {**FIT, "--resume": None}, {"--resume": lambda done, value: done.json["resumed"] is False}),
+        Run("MESH", {"--factors": "auto", "--max-factors": "8", **SMALL_FIT, "--output": "auto.qjulia.json"},
+            {"--max-factors": count_of("factors", 8)}),
+    ],
+    "shape": [
+        Run("MESH", {"--output": "e.qjulia.json", "--detail": "0.02", "--thickness": "0.15", "--steepness": "2",
+                     "--up": "z", "--versor": "random:8:2", "--resolution": "32", "--fourth": "ignored"}),
+        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32"}),
+    ],
+    "paint": [
+        Run("f.qjulia.json", {"--output": "p.qjulia.json", "--ball": "1 0 0 0.3 0.5", "--block": "0 0 0 1 1 1 0.2",
+                              "--ramp": "x=0:1", "--thickness": "0.15", "--elsewhere": "0.5"}),
+        Run("f.qjulia.json", {"--output": "q.qjulia.json", "--mesh": "shares.ply", "--property": "share"}),
+        Run("p.qjulia.json", {"--output": "r.qjulia.json", "--clear": None},
+            {"--clear": lambda done, value: "paint" in done.read("p.qjulia.json") and
+             "paint" not in done.read("r.qjulia.json")}),
+    ],
+    "portals": [
+        Run("f.qjulia.json", {"--output": "o.qjulia.json", "--count": "1", "--size": "0.25", "--mask": "none"}),
+        Run("f.qjulia.json", {"--output": "o.qjulia.json", "--count": "1"}),
+    ],
+    "surface": [
+        Run("f.qjulia.json", {"--output": "k.ply", "--resolution": "16", "--refine": "4", "--draft": None,
+                              "--keep-loose": None, "--material": "trap", "--palette": "102030,405060",
+                              "--range": "0 1"}),
+        Run("f.qjulia.json", {"--output": "m.glb", "--resolution": "16", "--metres": "0.2", "--no-map": None,
+                              "--dense": None, "--largest-component": None}),
+        Run("f.qjulia.json", {"--output": "h.3mf", "--resolution": "16", "--height": "40", "--flat-foot": "1",
+                              "--shell": "4", "--drain": "2"}),
+        Run("f.qjulia.json", {"--output": "l.stl", "--resolution": "16", "--longest": "40", "--min-wall": "1"}),
+        Run("f.qjulia.json", {"--output": "s.off", "--resolution": "16", "--millimetres": "40", "--max-error": "1",
+                              "--max-triangles": "400", "--min-component": "0.5"}),
+    ],
+    "render": [
+        Run("f.qjulia.json", {"--output": "k.png", "--samples": "1", "--cut": "z=90%", "--material": "groove",
+                              "--palette": "102030,405060", "--lamp": "10 20 1.5", "--range": "0 1",
+                              "--background": "ff8000", "--no-ground": None, "--keep-loose": None,
+                              "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},
+            {"--cut": lambda done, value: next(values_of("cuts", done.json)) == [
+                {"axis": "z", "at": 90, "unit": "percent"}],
+             "--no-ground": lambda done, value: next(values_of("ground", done.json)) is False,
+             "--size": lambda done, value: (done.json["width"], done.json["height"]) == (16, 12),
+             "--aov": lambda done, value: len(done.json["layers"]) == 5,
+             "--preview": lambda done, value: "preview: k.preview.png" in done.err}),
+        Run("f.qjulia.json", {"--output": "s.png", "--size": "16x12", "--sweep": "zoom=1,2"},
+            {"--sweep": makes("s_002.png")}),
+        Run("f.qjulia.json", {"--output": "t.png", "--size": "16x12", "--turntable": "2"},
+            {"--turntable": makes("t_002.png")}),
+    ],
+    "sample": [
+        Run("f.qjulia.json", {"--output": "k.npy", "--resolution": "8"},
+            {"--resolution": lambda done, value: max(done.json["cells"]) == 8}),
+        Run("f.qjulia.json", {"--output": "s.vti", "--resolution": "8"}),
+    ],
+    "compare": [
+        Run("f.qjulia.json MESH", {"--resolution": "16", "--picture": "c.png"},
+            {"--size": lambda done, value: (next(values_of("width", note_of(done.path("c.png")))),
+                                            next(values_of("height", note_of(done.path("c.png"))))) == (16, 12)}),
+        Run("f.qjulia.json MESH", {"--resolution": "16", "--limbs": None},
+            {"--limbs": lambda done, value: done.json["metrics"][0]["limbs"] >= 0}),
+    ],
+    "convert": [
+        Run("f.qjulia.json c.qjulia.json", {}),
+        Run("f.qjulia.json d.qjulia.json", {"--portals": "portals.txt"}, {"--portals": holds("portals")}),
+        # The map has nine.
+        Run("f.qjulia.json g.qjulia.json", {"--factors-at-most": "9"}, {"--factors-at-most": count_of("factors", 9)}),
+        Run("f.qjulia.json h.qjulia.json", {"--factors-at-most": "8"}, {"--factors-at-most": count_of("factors", 8)},
+            slow=True),
+    ],
+    "share": [Run("f.qjulia.json", {"--output": "s.html"}), Run("f.qjulia.json", {"--output": "s.html"})],
+    "info": [
+        Run("f.qjulia.json", {"--check-precision": None},
+            {"--check-precision": lambda done, value: done.json["precision"]["points"] > 0}),
+        Run("l.stl", {"--printable": None, "--nozzle": "0.6"}, {"--printable": lambda done, value: done.json["printable"]}),
+        Run("l.stl", {"--printable": None, "--min-wall": "0.5"}),
+    ],
+    "explore": [
+        Run("u.qjulia.json", {"--port": "PORT", "--host": "localhost", "--open": None, "--keep-loose": None}),
+        Run("MESH", {"--output": "x.qjulia.json", "--factors": "9", "--time-limit": "2"}),
+    ],
+    # An entry of the manifest fails.
+    "batch": [
+        Run("m.toml", {"--output": "batch", "--jobs": "2"},
+            {"--jobs": lambda done, value: done.err.count("device: ") == 2}, codes=(1,)),
+        Run("m.toml", {"--output": "batch", "--resume": None, "--retry-failed": None},
+            {"--resume": lambda done, value: is_older(done, "batch/all.status.json"),
+             "--retry-failed": lambda done, value: not is_older(done, "batch/broken.status.json")}, codes=(1,)),
+        Run("m.toml", {"--check": None}, {"--check": count_of("fits", 3)}),
+        Run("", {"--status": "batch"},
+            {"--status": lambda done, value: [entry["state"] for entry in done.json["entries"]] == [
+                "done", "done", "failed"]}, codes=(1,)),
+    ],
+    "profile": [
+        Run("f.qjulia.json MESH", {**KERNELS, "--width": "8", "--iterations": "2", "--seconds": "60", "--counters": None,
+                                   "--csv": "p.csv", "--plot": "p.png"},
+            {"--repeats": lambda done, value: len(next(values_of("runs", done.json))["seconds"]) == 2,
+             "--kernels": lambda done, value: {row["kernel"] for row in done.json["kernels"]} == {"energy"},
+             "--counters": lambda done, value: (next(values_of("page_faults", done.json)) is not None
+                                                or "not counted: " in done.err),
+             "--csv": makes("p.csv"), "--plot": makes("p.png")}, keep="p.json"),
+        # One kernel is a billion times slower than the baseline's, the other as fast, but for what others do here.
+        Run("f.qjulia.json MESH", {**KERNELS, "--precision": "double", "--width": "8", "--iterations": "2",
+                                   "--baseline": "fast.json", "--tolerance": "1e4"},
+            {"--baseline": lambda done, value: "slower: energy, n = 1" in done.err,
+             "--tolerance": lambda done, value: "slower: energy, n = 2" not in done.err}, codes=(1,)),
+        Run("", {"--samples": "500", "--repeats": "2", "--factors": "16", "--grid": "panel_block=32"},
+            {"--grid": lambda done, value: done.json["times"][0]["tuning"]["panel_block"] == 32}),
+        Run("", {"--export": "settings.json"}, {"--export": makes("settings.json")}),
+        Run("", {"--import": "settings.json"}, {"--import": lambda done, value: done.json["file"]}),
+        Run("compare p.json p.json", {"--confidence": "0.6", "--across-devices": None}, codes=(0, 4)),
+        # Which build is the faster may be undecided, or wrong on a busy machine.
+        Run("", {**KERNELS, "--factors": "16", "--seconds": "1", "--against": "QJULIA"},
+            {"--against": lambda done, value: done.json["rounds"] > 0}, codes=(0, 1, 4)),
+        Run("", {"--scaling": None}, {"--scaling": lambda done, value: done.json["laws"]}, slow=True),
+        Run("", {"--tune": None, "--samples": "500", "--repeats": "1", "--factors": "16"},
+            {"--tune": lambda done, value: done.json["trials"]}, slow=True),
+    ],
+}
+
+
+def is_older(done, name):
+    return done.path(name).stat().st_mtime < done.began
+
+
+# --- the manifest of a batch -------------------------------------------------------------------------------------------
+
+# Keys and values of its first fit; the second has "max_factors", which needs a number that is chosen.
+MANIFEST = {
+    "mesh": "MESH", "name": "all", "surface": "off", "surface_resolution": 16, "picture": True,
+    "picture_size": [16, 12], "report": True, "compare": [1, 3], "compare_resolution": 16, "factors": 9,
+    "time_limit": 1000, "detail": 0.03, "steepness": 2, "up": "z", "target_iou": 0.999, "max_evaluations": 2,
+    "seed": 7, "schedule": "fast", "polish": True, "unknowns": "exponents", "placement": "paper", "sample_parts": 2,
+    "precision": "double"}
+SECOND_FIT = {"mesh": "MESH", "name": "auto", "factors": "auto", "max_factors": 8, "max_evaluations": 2,
+              "schedule": "fast"}
+
+
+def toml_of(table, mesh):
+    return "".join(f"{key} = {json.dumps(mesh if value == 'MESH' else value)}\n" for key, value in table.items())
+
+
+# --- requests to explore -----------------------------------------------------------------------------------------------
+
+# What a picture's request may say, besides the knobs and the camera, which have the values of options.
+VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "cut-x": "90", "cut-y": "90", "cut-z": "90",
+        "material": "trap", "palette": "ice", "lamp": "10,20,1.5"}
+# What changes no picture here, and why.
+VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below"}
+MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}
+
+
+class Bench:
+    def __init__(self, program, manual, folder, mesh, slow):
+        self.program, self.folder, self.mesh, self.slow = program, Path(folder), mesh, slow
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir(parents=True)
+        listed = subprocess.run([manual, "options"], capture_output=True, text=True, check=True)
+        self.commands = json.loads(listed.stdout)
+        # Tuned settings are not to reach the user's.
+        self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache"),
+                            "PATH": f"{self.folder}:{os.environ['PATH']}"}
+
+    def names(self, command, positional=False):
+        return [option["name"] for option in self.commands[command] if option["is_positional"] == positional]
+
+    def command(self, name, run, options):
+        """Runs the command with these options."""
+        stands_for = {"MESH": self.mesh, "QJULIA": self.program}
+        words = [stands_for.get(word, word) for word in run.words(options)]
+        time.sleep(0.01)  # so that files that are there already are older
+        began = time.time()
+        done = subprocess.run([self.program, name, *words, "--json"], capture_output=True, text=True,
+                              cwd=self.folder, env=self.environment)
+        what = f"'{name} {' '.join(words)}' ended with {done.returncode}:\n{done.stderr}"
+        check(done.returncode in run.codes, what)
+        done = Done(self.folder, run, words, done, began)
+        done.json = json.loads(done.out)
+        return done
+
+    def is_shown(self, command, option, value, done):
+        """Whether something shows that the option was heard."""
+        shows = done.run.shows.get(option) or SHOWS.get(option)
+        if shows:
+            return shows(done, value)
+        key = option[2:].replace("-", "_")
+        for name in (key, OTHER_NAMES.get(option, key)):
+            if any(is_same(value, kept) for kept in values_of(name, done.keeps())):
+                return True
+        # What is kept nowhere changes what is written.
+        files = {name: comparable(done.path(name)) for name in done.files()}
+        without = {name: given for name, given in done.options.items()
+                   if name not in (option, "--trace", "--profile")}
+        again = self.command(command, done.run, without)
+        return any(comparable(again.path(name)) != before for name, before in files.items())
+
+    def run(self, command):
+        shown = set()
+        for number, run in enumerate(RUNS[command]):
+            if run.slow and not self.slow:
+                continue
+            options = {**run.options, **self.shared(command, number)}
+            done = self.command(command, run, options)
+            done.options = options
+            if run.keep:
+                (self.folder / run.keep).write_text(done.out)
+                for row, factor in zip(done.json["kernels"], (1e-9, 1)):
+                    row["median_seconds"] *= factor
+                (self.folder / "fast.json").write_text(json.dumps(done.json))
+            for option, value in options.items():
+                if option in shown or option in UNSEEN or f"{command} {option}" in UNSEEN:
+                    continue
+                shown.add(option)
+                check(self.is_shown(command, option, value, done),
+                      f"nothing shows that '{command} {option} {value}' had an effect")
+
+    def shared(self, command, number):
+        """What a run gives because many commands have it."""
+        if number > 0:
+            return {"--quiet": None}
+        own = RUNS[command][0].options
+        return {option: value for option, value in SHARED.items()
+                if option in self.names(command) and option not in own}
+
+    # --- pages ---
+
+    def explore(self, run, options, use):
+        """Starts a server, lets `use` ask it, and ends it."""
+        words = [self.mesh if word == "MESH" else word for word in run.words(options)]
+        server = subprocess.Popen([self.program, "explore", *words, "--json"], stdout=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True, cwd=self.folder, env=self.environment)
+        try:
+            said = ""
+            while not said.endswith("}\n"):
+                line = server.stdout.readline()
+                check(line, f"'explore {' '.join(words)}' prints no address: {server.stderr.read() if not line else ''}")
+                said += line
+            pages = Pages(json.loads(said)["address"])
+            use(pages)
+            server.send_signal(signal.SIGINT)
+            _, err = server.communicate(timeout=60)
+            check(server.returncode == 0, f"'explore {' '.join(words)}' ended with {server.returncode}: {err}")
+        finally:
+            server.kill()
+            server.wait()
+
+    def run_explore(self):
+        opener = self.folder / "xdg-open"
+        opener.write_text('#!/bin/sh\necho "$1" > opened\n')
+        opener.chmod(0o755)
+        of_map, of_mesh = RUNS["explore"]
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        # Of a map that does not say which way is up.
+        whole = json.loads((self.folder / "f.qjulia.json").read_text())
+        del whole["up"]
+        (self.folder / "u.qjulia.json").write_text(json.dumps(whole))
+        options = {**of_map.options, "--port": str(port), **self.shared("explore", 0)}
+        self.explore(of_map, options, lambda pages: self.ask_map(pages, port))
+        self.explore(of_mesh, {**of_mesh.options, "--quiet": None}, self.ask_fit)
+        fitted = json.loads((self.folder / of_mesh.options["--output"]).read_text())
+        check(len(fitted["factors"]) == 9, "'explore --factors 9' fits another number")
+        limit = float(of_mesh.options["--time-limit"])
+        check(fitted["provenance"]["options"]["time_limit"] == limit, "'explore --time-limit' is not kept")
+
+    def ask_map(self, pages, port):
+        check((pages.host, pages.port) == ("localhost", port), "'explore --host --port' serves elsewhere")
+        wait_for(self.folder / "opened")
+        views = pages.names("/frame")
+        made = [name for name in pages.names("/make") if name not in views]
+        expect_same("requests to make a file", made, MAKE)
+        knobs = [name for name in views if f"--{name}" in self.knobs()]
+        view = {name: SHARED[f"--{name}"].replace(" ", ",") for name in views if f"--{name}" in SHARED}
+        view.update(VIEW)
+        expect_same("requests", views, view)
+        # Knobs turn the map, and all else changes the picture.
+        query = "&".join(f"{name}={view[name]}" for name in knobs)
+        page = json.loads(pages.get(f"/map?{query}"))["provenance"]["turned"]["page"]
+        for name in knobs:
+            check(f"{name}={view[name]}&" in page, f"a request's '{name}' does not turn the map: {page}")
+        usual = {"size": "20x15", "samples": "1"}
+        picture = pages.frame(usual)
+        for name in views:
+            if name not in knobs and name not in VIEW_UNSEEN:
+                check(pages.frame({**usual, name: view[name]}) != picture, f"a request's '{name}' changes nothing")
+        self.ask_files(pages)
+
+    def ask_files(self, pages):
+        """What a page has made is what commands make."""
+        types = re.search("give one of (.+)\n", pages.refused("/make?make=x")).group(1).split(", ")
+        check({"off", "stl", "glb", "turntable"} <= set(types), f"a page makes {types} alone")
+        size = {"resolution": MAKE["resolution"], "millimetres": MAKE["millimetres"], "drift": "1.05"}
+        for kind in types:
+            file = self.folder / f"made.{kind}"
+            if kind == "turntable":
+                file.write_bytes(pages.make({"make": kind, "frames": MAKE["frames"], "size": "16x12", "samples": "1"}))
+                count = struct.unpack(">I", file.read_bytes().partition(b"acTL")[2][:4])[0]
+                check(count == int(MAKE["frames"]), f"a turntable has {count} pictures")
+                continue
+            file.write_bytes(pages.make({"make": kind, **size}))
+            check(file.stat().st_size > 0, f"a page's .{kind} is empty")
+            if kind in ("off", "stl", "glb"):  # the others name the program that wrote them
+                words = [word for name, value in size.items() for word in (f"--{name}", value)]
+                self.command("surface", Run(f"u.qjulia.json -o same.{kind} --keep-loose {' '.join(words)}", {}), {})
+                alike = scene_of if kind == "glb" else Path.read_bytes
+                check(alike(file) == alike(self.folder / f"same.{kind}"), f"a page's .{kind} is not that of 'surface'")
+        self.command("convert", Run("made.glb of_glb.qjulia.json", {}), {})
+
+    def ask_fit(self, pages):
+        usual = {"size": "16x12", "samples": "1", "shows": "mesh"}
+        until = time.monotonic() + 300
+        while json.loads(pages.get("/fit"))["state"] != "done":
+            check(time.monotonic() < until, "the fit of 'explore MESH' does not end")
+            time.sleep(0.1)
+        check(pages.frame(usual) != pages.frame({**usual, "shows": "map"}), "a request's 'shows' changes nothing")
+
+    def knobs(self):
+        """The options of a map: what 'convert' takes but for its own."""
+        own = ("--portals", "--factors-at-most", "--up", "--device", "--layout", "--trust-device")
+        return [name for name in self.names("convert") if name not in own]
+
+    # --- files that the runs read ---
+
+    def write_inputs(self):
+        (self.folder / "portals.txt").write_text("Portals radius: 0.2\nPortals scale: 4\nPortal location: 0.1 0.3 0.2\n")
+        lines = Path(self.mesh).read_text().splitlines()
+        vertices = [line[2:] for line in lines if line.startswith("v ")]
+        faces = [[int(corner) - 1 for corner in line.split()[1:]] for line in lines if line.startswith("f ")]
+        header = ["ply", "format ascii 1.0", f"element vertex {len(vertices)}"]
+        header += [f"property float {name}" for name in ("x", "y", "z", "share")]
+        header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+        rows = [f"{vertex} {number / len(vertices)}" for number, vertex in enumerate(vertices)]
+        rows += [f"3 {a} {b} {c}" for a, b, c in faces]
+        (self.folder / "shares.ply").write_text("\n".join(header + rows) + "\n")
+        self.write_manifest()
+
+    # --- batches ---
+
+    def write_manifest(self):
+        (self.folder / "broken.obj").write_text("v 0 0 0\n")
+        third = {"mesh": "broken.obj"}
+        text = "".join(f"[[fit]]\n{toml_of(table, self.mesh)}" for table in (MANIFEST, SECOND_FIT, third))
+        (self.folder / "m.toml").write_text(text)
+        (self.folder / "x.toml").write_text('[[fit]]\nmesh = "broken.obj"\nzzz = 1\n')
+        said = subprocess.run([self.program, "batch", self.folder / "x.toml", "--check"], capture_output=True, text=True)
+        names = re.search("the options of a fit are: (.+)", said.stderr).group(1).split(", ")
+        expect_same("a manifest", names, {**MANIFEST, **SECOND_FIT})
+
+    def check_batch(self):
+        """Options show in the entries' settings, and what was to be made is there."""
+        for name, table in (("all", MANIFEST), ("auto", SECOND_FIT)):
+            entry = json.loads((self.folder / f"batch/{name}.status.json").read_text())
+            for key, value in table.items():
+                if key in entry["settings"]:
+                    check(entry["settings"][key] == value, f"a manifest's '{key}' is {entry['settings'][key]}")
+        for end in ("off", "png", "report.html"):
+            check((self.folder / f"batch/all.{end}").exists(), f"a batch has not written all.{end}")
+        check(png_size(self.folder / "batch/all.png") == tuple(MANIFEST["picture_size"]), "a batch's picture_size")
+
+
+class Pages:
+    """Requests to a server."""
+
+    def __init__(self, address):
+        self.host, port, self.token = re.fullmatch(r"http://(.+):(\d+)/\?token=([0-9a-f]+)", address).groups()
+        self.port = int(port)
+
+    def ask(self, path):
+        connection = http.client.HTTPConnection(self.host, self.port, timeout=120)
+        connection.request("GET", path, headers={"X-Qjulia-Token": self.token, "X-Qjulia-Client": "test"})
+        answer = connection.getresponse()
+        data = answer.read()
+        connection.close()
+        return answer.status, data
+
+    def get(self, path):
+        status, data = self.ask(path)
+        while data[:1] == b"~":  # how far it was
+            data = data[data.index(b"\n") + 1 :]
+        if path != "/fit":
+            check(data[:1] == b"=", f"{path} is answered by {status} {data[:300]}")
+            data = data[1:]
+        return data
+
+    def refused(self, path):
+        status, data = self.ask(path)
+        check(status == 400, f"{path} is answered by {status}")
+        return data.decode()
+
+    def names(self, path):
+        """What the server takes there, by its own words."""
+        query = "make=off&zzz=1" if path == "/make" else "zzz=1"
+        return re.search("it takes (.+)\n", self.refused(f"{path}?{query}")).group(1).split(", ")
+
+    def frame(self, query):
+        return self.get("/frame?" + "&".join(f"{name}={value}" for name, value in query.items()))
+
+    def make(self, query):
+        return self.get("/make?" + "&".join(f"{name}={value}" for name, value in query.items()))
+
+
+def png_size(path):
+    return struct.unpack(">II", path.read_bytes()[16:24])
+
+
+def scene_of(path):
+    """What a .glb says of its vertices."""
+    data = path.read_bytes()
+    return json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])["accessors"]
+
+
+def wait_for(path):
+    until = time.monotonic() + 60
+    while not path.exists():
+        check(time.monotonic() < until, f"{path} does not come")
+        time.sleep(0.05)
+
+
+def expect_same(what, names, table):
+    """The names are those that the table has values for."""
+    missing, surplus = sorted(set(names) - set(table)), sorted(set(table) - set(names))
+    check(not missing, f"{what} may have {missing}: give them a value in this test")
+    check(not surplus, f"{what} cannot have {surplus}, which this test has values for")
+
+
+def expect_all_given(bench):
+    expect_same("the program", bench.commands, RUNS)
+    for command, runs in RUNS.items():
+        given = {option for number, run in enumerate(runs) for option in {**run.options, **bench.shared(command, number)}}
+        expect_same(f"'{command}'", [name for name in bench.names(command) if not name.startswith("--help")],
+                    {option: None for option in given if option != "--json"} | {"--json": None})
+        most = max(len(run.arguments) for run in runs)
+        arguments = bench.names(command, positional=True)
+        check(len(arguments) == most, f"'{command}' takes {arguments}, and this test gives {most} of them")
+    everywhere = {f"{command} {name}" for command in bench.commands for name in bench.names(command)}
+    stale = [name for name in UNSEEN if not any(option.endswith(name) for option in everywhere)]
+    check(not stale, f"this test says of {stale} why they do not show, and no command has them")
+
+
+def main():
+    slow = sys.argv[5:] == ["--slow"]
+    bench = Bench(*sys.argv[1:5], slow)
+    expect_all_given(bench)
+    bench.write_inputs()
+    for command in bench.commands:
+        for help_option in ("--help", "--help-all"):
+            shown = subprocess.run([bench.program, command, help_option], capture_output=True, text=True)
+            check(shown.returncode == 0 and "--json" in shown.stdout, f"'{command} {help_option}' shows no help")
+        bench.run_explore() if command == "explore" else bench.run(command)
+    bench.check_batch()
+
+
+main()
