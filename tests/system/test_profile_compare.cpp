@@ -115,3 +115,22 @@ TEST_CASE("a build that cannot be profiled ends --against with its own exit code
   CHECK(silent.exit_code == 2);
   CHECK_THAT(silent.err, ContainsSubstring("printed no profile"));
 }
+
+TEST_CASE("--against without time for enough rounds says so, and how to get more") {
+  const ProcessResult found = run_command(
+      {"profile", "--against", QJULIA_COMMAND, "--seconds", "0.1", "--kernels", "energy",
+       "--samples", "500", "--factors", "16", "--repeats", "1", "--device", "cpu", "--json"});
+  INFO(found.err);
+  CHECK(found.exit_code == 4);
+  const json report = json::parse(found.out);
+  CHECK(report["rounds"] == 1);
+  CHECK(report["least_rounds"].get<int>() > 1);
+  for (const json& kernel : report["kernels"]) {
+    CHECK(kernel["verdict"] == "undecided");
+    CHECK(kernel["ratio"].is_null());
+    CHECK(kernel["before_seconds"].get<double>() > 0);
+  }
+  CHECK_THAT(found.err, ContainsSubstring("too little data") &&
+                            ContainsSubstring("give --seconds") &&
+                            ContainsSubstring("enough for 1;"));
+}

@@ -22,16 +22,23 @@ constexpr double kLimit = 5e10;
 struct TimedMachine {
   std::mt19937_64 random;
   double noise = 0.005;
-  bool is_loaded = false;  ///< other work comes, takes a part, stays for some runs, and goes
+  bool is_loaded = false;   ///< other work comes, takes a part, stays for some runs, and goes
+  bool counts_cpu = false;  ///< profiles have CPU seconds, which other work does not change
   double share = 1;
 
   explicit TimedMachine(unsigned seed) : random(seed) {}
-  double timed(double seconds) {
+  /// CPU seconds that a run takes.
+  double used(double seconds) {
     std::normal_distribution<double> normal(1, noise);
+    return seconds * std::max(normal(random), 0.5);
+  }
+  /// Seconds for so many CPU seconds.
+  double lasting(double used) {
     std::uniform_real_distribution<double> uniform;
     if (is_loaded && uniform(random) < 0.2) share = 0.3 + 0.7 * uniform(random);
-    return seconds / share * std::max(normal(random), 0.5);
+    return used / share;
   }
+  double timed(double seconds) { return lasting(used(seconds)); }
 };
 
 /// @param slower the factor for the time of the kernel of that number.
@@ -42,19 +49,25 @@ json profile_on(TimedMachine& machine, int runs, std::size_t slower_kernel = 99,
       {"energy", 1},       {"gradient", 1}, {"energy", 4},    {"gradient", 4},
       {"gauss_newton", 1}, {"distance", 1}, {"level_set", 4}, {"ray_march", 6}};
   for (std::size_t i = 0; i < names.size(); ++i) {
-    std::vector<double> seconds, limits;
+    std::vector<double> seconds, limits, cpu_seconds, cpu_limits;
     for (int run = 0; run < runs; ++run) {
-      seconds.push_back(machine.timed(0.01 * static_cast<double>(1 + i)) *
-                        (i == slower_kernel ? slower : 1));
-      limits.push_back(kLimit / machine.timed(1));
+      const double factor = i == slower_kernel ? slower : 1;
+      cpu_seconds.push_back(machine.used(0.01 * static_cast<double>(1 + i)) * factor);
+      seconds.push_back(machine.lasting(cpu_seconds.back()));
+      cpu_limits.push_back(kLimit / machine.used(1));
+      limits.push_back(machine.counts_cpu ? kLimit / machine.lasting(kLimit / cpu_limits.back())
+                                          : kLimit / machine.timed(1));
     }
+    json kept{{"seconds", seconds}, {"fma_per_second", limits}};
+    kept["cpu_seconds"] = machine.counts_cpu ? json(cpu_seconds) : json();
+    kept["fma_per_cpu_second"] = machine.counts_cpu ? json(cpu_limits) : json();
     kernels.push_back({{"kernel", names[i].first},
                        {"iterations", names[i].second},
                        {"samples", 1000},
                        {"factors", 40},
                        {"width", 16},
                        {"precision", "single"},
-                       {"runs", {{"seconds", seconds}, {"fma_per_second", limits}}}});
+                       {"runs", kept}});
   }
   return {{"device", {{"name", "d"}, {"platform", "p"}, {"driver", "1"}}},
           {"layout", "cpu"},
@@ -98,6 +111,50 @@ TEST_CASE("a program against itself under load is never called slower") {
   CHECK(undecided > 100);
 }
 
+TEST_CASE("under load CPU seconds decide: a kernel slowed by 5 % is found, and it alone") {
+  int busy = 0;
+  for (unsigned trial = 0; trial < 100; ++trial) {
+    TimedMachine machine(trial);
+    machine.is_loaded = machine.counts_cpu = true;
+    const json before = profile_on(machine, 8);
+    const json same = profile_on(machine, 8), slower = profile_on(machine, 8, 2, 1.05);
+    CHECK(verdict(before, same) != Verdict::slower);
+    const ProfileComparison found = compare_profiles(before, slower, {});
+    if (found.busy.empty()) continue;
+    ++busy;
+    CHECK(found.clock == Clock::cpu);
+    CHECK(to_json(found)["clock"] == "cpu");
+    CHECK(found.kernels[2].verdict == Verdict::slower);
+    CHECK(found.kernels[2].ratio->estimate == Catch::Approx(1.05).epsilon(0.02));
+    CHECK(found.kernels[2].before_seconds == Catch::Approx(0.03).epsilon(0.02));
+    CHECK(std::ranges::count(found.kernels, Verdict::slower, &KernelComparison::verdict) == 1);
+    json old_program = slower;  // which knows no CPU seconds
+    for (json& kernel : old_program["kernels"]) kernel["runs"].erase("cpu_seconds");
+    CHECK(compare_profiles(before, old_program, {}).clock == Clock::device);
+  }
+  CHECK(busy > 90);
+  TimedMachine idle(1);
+  idle.counts_cpu = true;
+  const json before = profile_on(idle, 8);
+  CHECK(compare_profiles(before, profile_on(idle, 8), {}).clock == Clock::device);
+}
+
+TEST_CASE("where the limit in a CPU second drifts too, nothing is called slower") {
+  TimedMachine machine(1);
+  machine.counts_cpu = true;
+  const json before = profile_on(machine, 8);
+  json after = profile_on(machine, 8, 2, 1.3);
+  for (json& kernel : after["kernels"]) {
+    for (const char* limit : {"fma_per_second", "fma_per_cpu_second"}) {
+      for (json& value : kernel["runs"][limit]) value = 0.7 * value.get<double>();
+    }
+  }
+  const ProfileComparison found = compare_profiles(before, after, {});
+  CHECK(found.clock == Clock::cpu);
+  CHECK(found.verdict == Verdict::undecided);
+  CHECK(found.busy.size() == 2);
+}
+
 TEST_CASE("a kernel slowed by 5 % is found on a quiet machine, and it alone") {
   for (unsigned trial = 0; trial < 100; ++trial) {
     TimedMachine machine(trial);
@@ -107,7 +164,7 @@ TEST_CASE("a kernel slowed by 5 % is found on a quiet machine, and it alone") {
     CHECK(found.busy.empty());
     REQUIRE(found.kernels.size() == 8);
     CHECK(found.kernels[2].verdict == Verdict::slower);
-    CHECK(found.kernels[2].ratio.estimate == Catch::Approx(1.05).epsilon(0.02));
+    CHECK(found.kernels[2].ratio->estimate == Catch::Approx(1.05).epsilon(0.02));
     CHECK(std::ranges::count(found.kernels, Verdict::slower, &KernelComparison::verdict) == 1);
   }
 }
@@ -185,7 +242,27 @@ TEST_CASE("two builds in turns: too few rounds decide nothing") {
   TimedMachine machine(3);
   const AlternatedComparison found = alternated(machine, 1.5, 3);
   CHECK(found.comparison.verdict == Verdict::undecided);
-  CHECK(found.comparison.kernels.size() == 8);
+  REQUIRE(found.comparison.kernels.size() == 8);
+  // One of 12! / (6! 6!) = 924 orders is less than .025 / 8, one of 252 is not.
+  CHECK(found.rounds == 3);
+  CHECK(found.least_rounds == 6);
+  const json shown = to_json(found.comparison);
+  for (const json& kernel : shown["kernels"]) {
+    for (const char* name : {"ratio", "ratio_low", "ratio_high"}) CHECK(kernel[name].is_null());
+    CHECK(kernel["verdict"] == "undecided");
+    CHECK(kernel["before_seconds"] > 0);
+  }
+}
+
+TEST_CASE("two builds in turns under load: a kernel slowed by 5 % is found by CPU seconds") {
+  for (unsigned trial = 0; trial < 30; ++trial) {
+    TimedMachine machine(trial);
+    machine.is_loaded = machine.counts_cpu = true;
+    const AlternatedComparison found = alternated(machine, 1.05, 40);
+    CHECK(found.comparison.verdict == Verdict::slower);
+    CHECK(std::ranges::count(found.comparison.kernels, Verdict::slower,
+                             &KernelComparison::verdict) == 1);
+  }
 }
 
 TEST_CASE("runs that lie far apart decide nothing") {

@@ -1,6 +1,7 @@
 #include "benchmark/alternated.hpp"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
@@ -17,15 +18,27 @@ using KernelKey = std::pair<std::string, int>;  ///< name and n
 
 KernelKey key_of(const json& kernel) { return {kernel.at("kernel"), kernel.at("iterations")}; }
 
-/// A process's fastest run and the highest limit beside its runs: what other programs have
-/// disturbed least.
-std::pair<double, double> least_disturbed(const json& kernel) {
-  const auto seconds = kernel.at("runs").at("seconds").get<std::vector<double>>();
-  const auto limits = kernel.at("runs").at("fma_per_second").get<std::vector<double>>();
-  if (seconds.empty() || seconds.size() != limits.size()) {
+/// The runs that a profile keeps of a kernel, and whether less of one is less disturbed by other
+/// programs.
+struct Kept {
+  const char* name;
+  bool is_least_best;
+};
+constexpr std::array kByDevice{Kept{"seconds", true}, Kept{"fma_per_second", false}};
+constexpr std::array kByCpu{Kept{"cpu_seconds", true}, Kept{"fma_per_cpu_second", false}};
+
+/// Of a process's runs those that other programs have disturbed least: the fastest and the highest
+/// limit.
+double least_disturbed(const json& runs, const Kept& kept) {
+  const auto values = runs.at(kept.name).get<std::vector<double>>();
+  if (values.empty())
     throw InputError("a build's profile keeps no runs with the limits beside them");
-  }
-  return {*std::ranges::min_element(seconds), *std::ranges::max_element(limits)};
+  return kept.is_least_best ? std::ranges::min(values) : std::ranges::max(values);
+}
+
+bool has(const json& runs, const std::array<Kept, 2>& kept) {
+  return std::ranges::all_of(
+      kept, [&](const Kept& k) { return runs.contains(k.name) && !runs.at(k.name).is_null(); });
 }
 
 /// One build's profiles: the first, whose kernels' runs are those of all.
@@ -33,21 +46,39 @@ struct Gathered {
   json all;
 
   void add(const json& profile) {
-    const bool is_first = all.is_null();
-    if (is_first) {
+    if (all.is_null()) {
       all = profile;
       for (json& kernel : all.at("kernels")) {
-        kernel["runs"] = {{"seconds", json::array()}, {"fma_per_second", json::array()}};
+        const bool has_cpu = has(kernel.at("runs"), kByCpu);
+        kernel["runs"] = json::object();
+        for (const Kept& kept : kByDevice) kernel["runs"][kept.name] = json::array();
+        for (const Kept& kept : kByCpu) {
+          if (has_cpu) kernel["runs"][kept.name] = json::array();
+        }
       }
     }
     for (const json& kernel : profile.at("kernels")) {
-      const auto [seconds, limit] = least_disturbed(kernel);
-      for (json& kept : all.at("kernels")) {
-        if (key_of(kept) != key_of(kernel)) continue;
-        kept["runs"]["seconds"].push_back(seconds);
-        kept["runs"]["fma_per_second"].push_back(limit);
+      for (json& gathered : all.at("kernels")) {
+        if (key_of(gathered) != key_of(kernel)) continue;
+        for (const auto& kept : {kByDevice, kByCpu}) {
+          if (!has(gathered.at("runs"), kept)) continue;
+          for (const Kept& k : kept) {
+            gathered["runs"][k.name].push_back(least_disturbed(kernel.at("runs"), k));
+          }
+        }
       }
     }
+  }
+
+  /// The median of a kernel's seconds.
+  double median_seconds(const KernelKey& key) const {
+    for (const json& kernel : all.at("kernels")) {
+      if (key_of(kernel) != key) continue;
+      auto seconds = kernel.at("runs").at("seconds").get<std::vector<double>>();
+      std::ranges::sort(seconds);
+      return seconds.at(seconds.size() / 2);
+    }
+    return 0;
   }
 
   json only(const std::set<KernelKey>& wanted) const {
@@ -81,11 +112,16 @@ bool is_decided(const KernelComparison& kernel, double tolerance) {
     case Verdict::faster:
       return true;
     case Verdict::same:
-      return kernel.ratio.high <= 1 + tolerance;
+      return kernel.ratio && kernel.ratio->high <= 1 + tolerance;
     case Verdict::undecided:
       break;
   }
   return false;
+}
+
+/// What the look after so many others may spend.
+double error_of_look(const ComparisonOptions& options, int looks) {
+  return (1 - options.confidence) / (double(looks + 1) * (looks + 2));
 }
 
 Verdict worst_of(const std::vector<KernelComparison>& kernels) {
@@ -125,7 +161,7 @@ AlternatedComparison compare_alternated(const Alternation& builds,
       if (all == 0) throw InputError("the two builds have no kernel in common");
     }
     is_last = builds.is_over();
-    const double error = (1 - options.confidence) / (double(looks + 1) * (looks + 2));
+    const double error = error_of_look(options, looks);
     const double share = static_cast<double>(open.size()) / static_cast<double>(all);
     if ((result.rounds >= next_look || is_last) &&
         are_enough(result.rounds, error / static_cast<double>(all))) {
@@ -134,6 +170,7 @@ AlternatedComparison compare_alternated(const Alternation& builds,
       ComparisonOptions look = options;
       look.confidence = 1 - error * share;
       const ProfileComparison found = compare_profiles(old.only(open), now.only(open), look);
+      result.comparison.clock = found.clock;
       result.comparison.differences = found.differences;
       result.comparison.busy = found.busy;
       for (const KernelComparison& kernel : found.kernels) {
@@ -152,9 +189,15 @@ AlternatedComparison compare_alternated(const Alternation& builds,
       return k.kernel == key.first && k.iterations == key.second;
     });
     if (was_seen) continue;
-    KernelComparison unknown{key.first, key.second, 0, 0, {}, Verdict::undecided};
-    latest.push_back(unknown);
+    latest.push_back({key.first,
+                      key.second,
+                      old.median_seconds(key),
+                      now.median_seconds(key),
+                      {},
+                      Verdict::undecided});
   }
+  const double first_error = error_of_look(options, 0) / static_cast<double>(all);
+  while (!are_enough(++result.least_rounds, first_error)) continue;
   std::ranges::sort(latest, {},
                     [](const KernelComparison& k) { return KernelKey(k.kernel, k.iterations); });
   result.comparison.kernels = std::move(latest);

@@ -21,12 +21,20 @@ constexpr double kUsualDrift = 0.1;
 /// tolerance is larger.
 constexpr double kTooWide = 0.25;
 
+/// Runs by one clock, and the limit in a second of it beside each.
+struct TimedRuns {
+  std::vector<double> seconds, limits;
+};
+
 struct KernelRuns {
   std::string name;
   int iterations = 1;
   std::size_t samples = 0, factors = 0;
   std::string arithmetic;  ///< width and precision
-  std::vector<double> seconds, limits;
+  TimedRuns by_device;
+  std::optional<TimedRuns> by_cpu;  ///< where they are known
+
+  const TimedRuns& by(Clock clock) const { return clock == Clock::cpu ? *by_cpu : by_device; }
 };
 
 struct Profile {
@@ -35,12 +43,14 @@ struct Profile {
   std::vector<KernelRuns> kernels;
 };
 
+bool are_positive(const std::vector<double>& numbers) {
+  return !numbers.empty() &&
+         std::ranges::all_of(numbers, [](double x) { return std::isfinite(x) && x > 0; });
+}
+
 std::vector<double> positive_numbers(const json& list, const std::string& which) {
   auto numbers = list.get<std::vector<double>>();
-  const bool fine = !numbers.empty() && std::ranges::all_of(numbers, [](double x) {
-    return std::isfinite(x) && x > 0;
-  });
-  if (!fine) {
+  if (!are_positive(numbers)) {
     throw InputError(fmt::format("{} has runs that took no time, or none; profile again", which));
   }
   return numbers;
@@ -54,10 +64,19 @@ KernelRuns kernel_runs(const json& kernel, const std::string& which) {
   runs.factors = kernel.at("factors");
   runs.arithmetic = fmt::format("{} lanes, {}", kernel.at("width").get<int>(),
                                 kernel.at("precision").get<std::string>());
-  runs.seconds = positive_numbers(kernel.at("runs").at("seconds"), which);
-  runs.limits = positive_numbers(kernel.at("runs").at("fma_per_second"), which);
-  if (runs.seconds.size() != runs.limits.size()) {
+  const json& all = kernel.at("runs");
+  runs.by_device = {positive_numbers(all.at("seconds"), which),
+                    positive_numbers(all.at("fma_per_second"), which)};
+  if (runs.by_device.seconds.size() != runs.by_device.limits.size()) {
     throw InputError(fmt::format("{} has runs without a limit beside them; profile again", which));
+  }
+  const json seconds = all.value("cpu_seconds", json()),
+             limits = all.value("fma_per_cpu_second", json());
+  if (seconds.is_null() || limits.is_null()) return runs;
+  const TimedRuns by_cpu{seconds.get<std::vector<double>>(), limits.get<std::vector<double>>()};
+  if (are_positive(by_cpu.seconds) && are_positive(by_cpu.limits) &&
+      by_cpu.seconds.size() == by_cpu.limits.size()) {
+    runs.by_cpu = by_cpu;
   }
   return runs;
 }
@@ -102,39 +121,47 @@ double at_share(std::vector<double> values, double share) {
       std::lround(share * static_cast<double>(values.size() - 1)))];
 }
 
-std::vector<double> limits_of(const Profile& profile) {
+bool has_cpu_seconds(const Profile& profile) {
+  return std::ranges::all_of(profile.kernels, &std::optional<TimedRuns>::has_value,
+                             &KernelRuns::by_cpu);
+}
+
+std::vector<double> limits_of(const Profile& profile, Clock clock) {
   std::vector<double> all;
   for (const KernelRuns& kernel : profile.kernels) {
-    all.insert(all.end(), kernel.limits.begin(), kernel.limits.end());
+    const std::vector<double>& limits = kernel.by(clock).limits;
+    all.insert(all.end(), limits.begin(), limits.end());
   }
   return all;
 }
 
-std::vector<std::string> busy_signs(const Profile& before, const Profile& after,
-                                    bool is_one_device) {
+std::vector<std::string> busy_signs(const Profile& before, const Profile& after, bool is_one_device,
+                                    Clock clock) {
+  const char* const unit = clock == Clock::cpu ? "G a CPU second" : "G/s";
   std::vector<std::string> signs;
   for (const Profile* profile : {&before, &after}) {
-    const auto limits = limits_of(*profile);
+    const auto limits = limits_of(*profile, clock);
     const double low = at_share(limits, 0.1), high = at_share(limits, 0.9);
     if (high - low > kUsualDrift * at_share(limits, 0.5)) {
       signs.push_back(
-          fmt::format("the multiply-add limit went from {:.4g} to {:.4g} G/s while {} was measured",
-                      1e-9 * low, 1e-9 * high, profile->which));
+          fmt::format("the multiply-add limit went from {:.4g} to {:.4g} {} while {} was measured",
+                      1e-9 * low, 1e-9 * high, unit, profile->which));
     }
   }
-  const double old = at_share(limits_of(before), 0.5), now = at_share(limits_of(after), 0.5);
+  const double old = at_share(limits_of(before, clock), 0.5);
+  const double now = at_share(limits_of(after, clock), 0.5);
   if (is_one_device && std::abs(old - now) > kUsualDrift * std::min(old, now)) {
-    signs.push_back(fmt::format("the multiply-add limit was {:.4g} G/s in OLD and {:.4g} in NEW",
-                                1e-9 * old, 1e-9 * now));
+    signs.push_back(fmt::format("the multiply-add limit was {:.4g} {} in OLD and {:.4g} in NEW",
+                                1e-9 * old, unit, 1e-9 * now));
   }
   return signs;
 }
 
 /// Seconds times the limit: what the device could have done meanwhile. Of two devices the times are
 /// compared as they are.
-std::vector<double> costs(const KernelRuns& kernel, bool is_one_device) {
-  std::vector<double> all = kernel.seconds;
-  for (std::size_t i = 0; is_one_device && i < all.size(); ++i) all[i] *= kernel.limits[i];
+std::vector<double> costs(const TimedRuns& runs, bool is_one_device) {
+  std::vector<double> all = runs.seconds;
+  for (std::size_t i = 0; is_one_device && i < all.size(); ++i) all[i] *= runs.limits[i];
   return all;
 }
 
@@ -193,6 +220,8 @@ void ComparisonOptions::validate() const {
   }
 }
 
+std::string to_string(Clock clock) { return clock == Clock::cpu ? "cpu" : "device"; }
+
 std::string to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::same:
@@ -223,20 +252,29 @@ ProfileComparison compare_profiles(const json& before, const json& after,
   const bool is_one_device = std::equal(old.circumstances.begin(), old.circumstances.begin() + 3,
                                         now.circumstances.begin());
   const Pairs pairs = common_kernels(old, now, comparison.left_out);
-  comparison.busy = busy_signs(old, now, is_one_device);
+  comparison.busy = busy_signs(old, now, is_one_device, Clock::device);
+  bool is_busy = !comparison.busy.empty();
+  if (is_busy && is_one_device && has_cpu_seconds(old) && has_cpu_seconds(now)) {
+    comparison.clock = Clock::cpu;
+    const auto signs = busy_signs(old, now, is_one_device, Clock::cpu);
+    comparison.busy.insert(comparison.busy.end(), signs.begin(), signs.end());
+    is_busy = !signs.empty();
+  }
   // So that all kernels together have the confidence (Bonferroni).
   const double error = (1 - options.confidence) / static_cast<double>(pairs.size());
   for (const auto& [x, y] : pairs) {
-    const auto ratio = ratio_bounds(costs(*x, is_one_device), costs(*y, is_one_device), error);
+    const TimedRuns &first = x->by(comparison.clock), &second = y->by(comparison.clock);
+    const auto ratio =
+        ratio_bounds(costs(first, is_one_device), costs(second, is_one_device), error);
     if (!ratio) {
-      throw InputError(
-          fmt::format("{} and {} runs per kernel are too few for a confidence of {} in {} kernels; "
-                      "profile with more --repeats, or give a lower --confidence",
-                      x->seconds.size(), y->seconds.size(), options.confidence, pairs.size()));
+      throw InputError(fmt::format(
+          "{} and {} runs per kernel are too few for a confidence of {} in {} kernels; "
+          "profile with more --repeats, or give a lower --confidence",
+          first.seconds.size(), second.seconds.size(), options.confidence, pairs.size()));
     }
-    comparison.kernels.push_back({x->name, x->iterations, at_share(x->seconds, 0.5),
-                                  at_share(y->seconds, 0.5), *ratio,
-                                  verdict_of(*ratio, !comparison.busy.empty(), options.tolerance)});
+    comparison.kernels.push_back({x->name, x->iterations, at_share(first.seconds, 0.5),
+                                  at_share(second.seconds, 0.5), *ratio,
+                                  verdict_of(*ratio, is_busy, options.tolerance)});
   }
   for (const Verdict worst : {Verdict::slower, Verdict::undecided, Verdict::faster}) {
     if (std::ranges::find(comparison.kernels, worst, &KernelComparison::verdict) ==
@@ -252,16 +290,20 @@ ProfileComparison compare_profiles(const json& before, const json& after,
 json to_json(const ProfileComparison& comparison) {
   json kernels = json::array();
   for (const KernelComparison& k : comparison.kernels) {
+    const auto bound = [&](double RatioBounds::*value) {
+      return k.ratio ? json((*k.ratio).*value) : json(nullptr);
+    };
     kernels.push_back({{"kernel", k.kernel},
                        {"iterations", k.iterations},
                        {"before_seconds", k.before_seconds},
                        {"after_seconds", k.after_seconds},
-                       {"ratio", k.ratio.estimate},
-                       {"ratio_low", k.ratio.low},
-                       {"ratio_high", k.ratio.high},
+                       {"ratio", bound(&RatioBounds::estimate)},
+                       {"ratio_low", bound(&RatioBounds::low)},
+                       {"ratio_high", bound(&RatioBounds::high)},
                        {"verdict", to_string(k.verdict)}});
   }
   return {{"verdict", to_string(comparison.verdict)},
+          {"clock", to_string(comparison.clock)},
           {"kernels", kernels},
           {"differences", comparison.differences},
           {"busy", comparison.busy},

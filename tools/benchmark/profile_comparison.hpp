@@ -19,19 +19,29 @@ struct ComparisonOptions {
   void validate() const;        ///< @throws InputError
 };
 
+/// What times are counted in.
+enum class Clock {
+  device,  ///< seconds of the device's own clock
+  cpu      ///< CPU seconds of the threads that run kernels: those of a busy machine's CPU
+};
+std::string to_string(Clock clock);
+
 enum class Verdict { same, faster, slower, undecided };
 std::string to_string(Verdict verdict);
 
 struct KernelComparison {
   std::string kernel;
   int iterations = 1;
-  double before_seconds = 0;  ///< median
+  double before_seconds = 0;  ///< median, by the comparison's clock
   double after_seconds = 0;
-  RatioBounds ratio;  ///< of the times, each multiplied by the limit that was measured beside it
+  /// Of the times, each multiplied by the limit that was measured beside it; none where there are
+  /// too few runs for the confidence.
+  std::optional<RatioBounds> ratio;
   Verdict verdict = Verdict::same;
 };
 
 struct ProfileComparison {
+  Clock clock = Clock::device;
   std::vector<KernelComparison> kernels;
   /// What else differs, a sentence each; empty unless `across_devices`.
   std::vector<std::string> differences;
@@ -41,7 +51,9 @@ struct ProfileComparison {
   Verdict verdict = Verdict::same;
 };
 
-/// Compares the runs that two profiles keep, kernel by kernel. Where other work disturbed either,
+/// Compares the runs that two profiles keep, kernel by kernel: seconds of the device's clock or,
+/// where other work disturbed either of two profiles of one CPU, its CPU seconds. These leave out
+/// how well the work is spread over processors. Where these are disturbed too, or not known,
 /// kernels are not called slower: they are undecided unless they are clearly no slower.
 /// @param before, after the JSON of `qjulia profile`.
 /// @throws InputError: not such JSON, or without runs; another device, driver, layout, width,

@@ -78,7 +78,8 @@ int profile_against(const AgainstArguments& arguments, Session& session) {
         fmt::format("round {}: {} kernels undecided, {:.0f} s", rounds, open, session.seconds()));
   };
   const auto found = benchmark::compare_alternated(builds, arguments.comparison);
-  return show_comparison(found.comparison, arguments.comparison, found.rounds, session);
+  return show_comparison(found.comparison, arguments.comparison,
+                         {found.rounds, found.least_rounds, session.seconds()}, session);
 }
 
 }  // namespace qjulia::tools

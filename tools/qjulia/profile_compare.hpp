@@ -15,10 +15,17 @@ namespace qjulia::tools {
 int compare_profiles(const std::string& before, const std::string& after,
                      const benchmark::ComparisonOptions& options, Session& session);
 
+/// What a comparison has measured by itself.
+struct Rounds {
+  int made = 0;        ///< 0: it has measured nothing
+  int least = 0;       ///< that allow any bound
+  double seconds = 0;  ///< that those which were made took
+};
+
 /// Shows a comparison. @return as above.
-/// @param rounds that it took; 0 where nothing was measured.
 int show_comparison(const benchmark::ProfileComparison& comparison,
-                    const benchmark::ComparisonOptions& options, int rounds, Session& session);
+                    const benchmark::ComparisonOptions& options, const Rounds& rounds,
+                    Session& session);
 
 /// The JSON in a profile's file. @param what "--baseline", say. @throws InputError
 nlohmann::json read_profile_json(const std::string& path, const std::string& what);
