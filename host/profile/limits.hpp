@@ -2,7 +2,11 @@
 /// What a device can do at most, by kernels that do nothing else.
 
 #include <functional>
+#include <memory>
+#include <stop_token>
 
+#include "profile/worker_clock.hpp"
+#include "qjulia/command_profile.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/profile.hpp"
 
@@ -12,18 +16,34 @@ namespace qjulia::profiling {
 /// has, whatever width or layout its kernels are compiled for.
 int widest_lanes(const Device& device, Precision precision);
 
-/// Fused multiply-adds a second, by one run of a kernel that does nothing else.
-std::function<double()> fma_probe(const Device& device, Precision precision);
+/// How much a device did in a second.
+struct Pace {
+  double per_second = 0;      ///< by the device's clock
+  double per_cpu_second = 0;  ///< of its threads; 0 where they are not known
+};
+
+using WorkerClockPointer = std::shared_ptr<const WorkerClock>;
+
+/// The clock of a device's threads, null where it has none; those that run the multiply-adds.
+WorkerClockPointer worker_clock(const Device& device);
+
+/// Fused multiply-adds, by one run of a kernel that does nothing else.
+std::function<Pace()> fma_probe(const Device& device, Precision precision,
+                                const WorkerClockPointer& clock);
 
 /// Of the best of `repeats` runs, after one that is not counted: a limit is what was reached at
-/// least once.
-double measure_fma(const Device& device, Precision precision, int repeats);
+/// least once. @throws Interrupted
+Pace measure_fma(const Device& device, Precision precision, int repeats,
+                 const WorkerClockPointer& clock, const std::stop_token& stop = {});
 
-/// Bytes that a copy much larger than any cache reads and writes in a second; of the best of
-/// `repeats` runs, after one that is not counted.
-double measure_copy(const Device& device, Precision precision, int repeats);
+/// Bytes that a copy much larger than any cache reads and writes; of the best of `repeats` runs,
+/// after one that is not counted.
+Pace measure_copy(const Device& device, Precision precision, int repeats,
+                  const WorkerClockPointer& clock);
 
 /// All limits, each of the best of so many runs.
-DeviceLimits measure_limits(const Device& device, Precision precision, int repeats);
+DeviceLimits measure_limits(const Device& device, Precision precision, int repeats,
+                            const WorkerClockPointer& clock);
+Roofs measure_roofs(const Device& device, const WorkerClockPointer& clock);
 
 }  // namespace qjulia::profiling

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "base/range_check.hpp"
+#include "profile/interval.hpp"
 #include "profile/jobs.hpp"
 #include "profile/kernel_counter.hpp"
 #include "profile/kernel_work.hpp"
@@ -32,12 +33,6 @@ using namespace profiling;
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// Asks for a stop when the time is over, or when another stop is requested.
 class Deadline {
@@ -75,17 +70,19 @@ class Deadline {
 class Bench {
  public:
   Bench(const Device& device, const ProfileOptions& options, ProfileReport& report,
-        const Roofs& roofs, const ProgressMonitor& monitor, const Deadline& deadline,
-        WorkCounter* counter, KernelCounter* events)
+        const Roofs& roofs, const WorkerClockPointer& clock, const ProgressMonitor& monitor,
+        const Deadline& deadline, WorkCounter* counter, KernelCounter* events)
       : device_(device),
         options_(options),
         report_(report),
         roofs_(roofs),
+        clock_(clock),
+        waited_(clock),
         monitor_(monitor),
         deadline_(deadline),
         counter_(counter),
         events_(events),
-        limit_now_(fma_probe(device, options.precision)) {}
+        limit_now_(fma_probe(device, options.precision, clock)) {}
 
   /// @param jobs_left with this one; they share the time that is left.
   void time(const Job& job, std::size_t jobs_left) {
@@ -100,7 +97,7 @@ class Bench {
         const double spent = std::chrono::duration<double>(SteadyClock::now() - start).count();
         if (i > 0 && spent > left / static_cast<double>(jobs_left)) break;
         if (counter_ != nullptr) counter_->reset();
-        runs.all.push_back(timed_by_kernel(device_, [&] { job.run(deadline_.token()); }));
+        runs.all.push_back(timed_by_kernel(device_, clock_, [&] { job.run(deadline_.token()); }));
         if (counter_ != nullptr) runs.work = counter_->work();
         runs.limits.push_back(limit_now_());
       }
@@ -133,7 +130,7 @@ class Bench {
 
   struct Runs {
     std::vector<KernelsRun> all;
-    std::vector<double> limits;              ///< beside each
+    std::vector<Pace> limits;                ///< beside each
     std::map<std::string, KernelWork> work;  ///< of the last one that came to its end
   };
 
@@ -141,7 +138,8 @@ class Bench {
     return options_.kernels.empty() || fits_any(name, options_.kernels);
   }
 
-  KernelFigures figures(const std::string& name, const Job& job, std::vector<double> seconds,
+  /// @param spent in every run.
+  KernelFigures figures(const std::string& name, const Job& job, const std::vector<Spent>& spent,
                         const Runs& runs) const {
     KernelFigures f;
     f.kernel = name;
@@ -150,21 +148,63 @@ class Bench {
     f.factors = options_.map ? options_.map->dynamics.factors.size() : options_.factors;
     f.width = device_.lane_width(options_.precision);
     f.precision = options_.precision;
-    f.median_seconds = median(seconds);
-    f.min_seconds = std::ranges::min(seconds);
-    f.max_seconds = std::ranges::max(seconds);
     std::vector<double> wall;
-    for (const KernelsRun& run : runs.all) wall.push_back(run.wall);
+    for (std::size_t i = 0; i < spent.size(); ++i) {
+      f.run_seconds.push_back(spent[i].seconds);
+      f.run_fma_per_second.push_back(runs.limits[i].per_second);
+      if (clock_) {
+        f.run_cpu_seconds.push_back(spent[i].cpu_seconds);
+        f.run_fma_per_cpu_second.push_back(runs.limits[i].per_cpu_second);
+      }
+      wall.push_back(runs.all[i].wall);
+    }
+    f.median_seconds = median(f.run_seconds);
+    f.min_seconds = std::ranges::min(f.run_seconds);
+    f.max_seconds = std::ranges::max(f.run_seconds);
     f.wall_seconds = median(std::move(wall));
-    f.run_seconds = std::move(seconds);
-    f.run_fma_per_second = runs.limits;
     return f;
   }
 
+  /// The device's limits beside a run: those of multiply-adds as they were then.
+  Roofs roofs_at(const Pace& pace) const {
+    Roofs roofs = roofs_;
+    const bool is_double = options_.precision == Precision::dbl;
+    const double slower =
+        pace.per_second / (is_double ? roofs.double_fma_per_second : roofs.fma_per_second);
+    roofs.fma_per_second *= slower;
+    roofs.double_fma_per_second *= slower;
+    const double before = is_double ? roofs.double_fma_per_cpu_second : roofs.fma_per_cpu_second;
+    const double cpu_slower = before > 0 ? pace.per_cpu_second / before : 0;
+    roofs.fma_per_cpu_second *= cpu_slower;
+    roofs.double_fma_per_cpu_second *= cpu_slower;
+    return roofs;
+  }
+
+  /// Adds the limit and the share of work that was done in every run.
+  void add_share(const KernelWork& work, const std::vector<Spent>& spent, const Runs& runs,
+                 KernelFigures& f) const {
+    std::map<std::string, std::vector<double>> shares;  // by the limit
+    for (std::size_t i = 0; i < spent.size(); ++i) {
+      const Roof roof = roof_of(work, spent[i], roofs_at(runs.limits[i]));
+      if (roof.share) shares[roof.limit].push_back(*roof.share);
+    }
+    if (shares.empty()) return;
+    const auto& [limit, values] = *std::ranges::max_element(
+        shares, {}, [](const auto& entry) { return entry.second.size(); });
+    const auto waited = waited_.so_far();
+    const JudgedShare found =
+        judged(limit, work.at_most, interval_of_median(values), waited && *waited > kUsualWait);
+    f.limit = limit;
+    f.share_of_limit = found.share;
+    f.share_low = found.low;
+    f.share_high = found.high;
+    f.share_verdict = found.verdict;
+  }
+
   void add_job(const Job& job, const Runs& runs) {
-    std::vector<double> seconds;
-    for (const KernelsRun& run : runs.all) seconds.push_back(run.device);
-    KernelFigures f = figures(job.name, job, std::move(seconds), runs);
+    std::vector<Spent> spent;
+    for (const KernelsRun& run : runs.all) spent.push_back(run.all);
+    KernelFigures f = figures(job.name, job, spent, runs);
     const DeviceLimits& limits = report_.limits;
     const double pairs = static_cast<double>(f.samples) * static_cast<double>(f.factors);
     if (job.iterates > 0) {
@@ -174,9 +214,11 @@ class Bench {
     if (job.cost.slots > 0) {
       f.slots = pairs * job.cost.slots;
       f.memory_bytes = static_cast<double>(device::real_bytes(f.precision)) * job.cost.reals;
-      const double by_memory = *f.slots / *f.memory_bytes * limits.bytes_per_second;
-      f.limit = by_memory < limits.fma_per_second ? "memory" : "fma";
-      f.share_of_limit = *f.slots / f.median_seconds / std::min(by_memory, limits.fma_per_second);
+      KernelWork work;
+      work.slots = *f.slots;
+      work.bytes = *f.memory_bytes;
+      work.is_double = f.precision == Precision::dbl;
+      add_share(work, spent, runs, f);
     }
     if (device_.info().kind == DeviceKind::gpu) f.predicted_seconds = predicted_seconds(f, limits);
     if (events_ != nullptr) {
@@ -193,13 +235,13 @@ class Bench {
     const auto counted = events_ != nullptr ? events_->kernels() : decltype(events_->kernels()){};
     for (const auto& [name, last] : runs.all.back().kernels) {
       if (!is_shown(name) || !seen_.insert({name, job.iterations}).second) continue;
-      std::vector<double> seconds;
+      std::vector<Spent> spent;
       for (const KernelsRun& run : runs.all) {
         const auto found = run.kernels.find(name);
-        if (found != run.kernels.end()) seconds.push_back(found->second.seconds);
+        if (found != run.kernels.end()) spent.push_back(found->second.spent);
       }
-      if (seconds.size() != runs.all.size()) continue;  // it does not run each time
-      KernelFigures f = figures(name, job, std::move(seconds), runs);
+      if (spent.size() != runs.all.size()) continue;  // it does not run each time
+      KernelFigures f = figures(name, job, spent, runs);
       f.is_one_kernel = true;
       f.launches = last.launches;
       if (const auto found = work.find(name); found != work.end()) {
@@ -207,9 +249,7 @@ class Bench {
         f.work_is_at_most = found->second.at_most;
         if (found->second.slots > 0) f.slots = found->second.slots;
         if (found->second.bytes > 0) f.memory_bytes = found->second.bytes;
-        const Roof roof = roof_of(found->second, f.median_seconds, roofs_);
-        f.limit = roof.limit;
-        f.share_of_limit = roof.share;
+        add_share(found->second, spent, runs, f);
       }
       if (const auto found = counted.find(name); found != counted.end()) {
         f.events = found->second.events;
@@ -223,15 +263,38 @@ class Bench {
   const ProfileOptions& options_;
   ProfileReport& report_;
   const Roofs& roofs_;
+  WorkerClockPointer clock_;
+  WaitedShare waited_;
   const ProgressMonitor& monitor_;
   const Deadline& deadline_;
   WorkCounter* counter_;   ///< null: single kernels are not asked for
   KernelCounter* events_;  ///< null: counters are not asked for
-  std::function<double()> limit_now_;
+  std::function<Pace()> limit_now_;
   std::set<std::pair<std::string, int>> seen_;
 };
 
+/// The limits as roofs; of the other precision none.
+Roofs roofs_of(const DeviceLimits& limits, Precision precision) {
+  Roofs roofs;
+  roofs.bytes_per_second = limits.bytes_per_second;
+  roofs.bytes_per_cpu_second = limits.bytes_per_cpu_second;
+  const bool is_double = precision == Precision::dbl;
+  (is_double ? roofs.double_fma_per_second : roofs.fma_per_second) = limits.fma_per_second;
+  (is_double ? roofs.double_fma_per_cpu_second : roofs.fma_per_cpu_second) =
+      limits.fma_per_cpu_second;
+  return roofs;
+}
+
 }  // namespace
+
+std::optional<double> KernelFigures::processors() const {
+  if (run_cpu_seconds.empty() || run_cpu_seconds.size() != run_seconds.size()) return std::nullopt;
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < run_seconds.size(); ++i) {
+    ratios.push_back(run_cpu_seconds[i] / run_seconds[i]);
+  }
+  return median(std::move(ratios));
+}
 
 void ProfileOptions::validate() const {
   base::expect_between("samples", samples, 64, 100'000'000);
@@ -261,14 +324,16 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   report.is_tuned = device.is_tuned(options.precision);
   monitor.report({"profiling", 0, -1, "limits of the device"});
   const int limit_repeats = std::isfinite(options.seconds) ? 1 : options.repeats;
-  report.limits = measure_limits(device, options.precision, limit_repeats);
+  const WorkerClockPointer clock = worker_clock(device);
+  const WaitedShare waited(clock);
+  report.limits = measure_limits(device, options.precision, limit_repeats, clock);
 
   const bool by_kernel = wants_all_jobs(options) || options.counters;
   WorkCounter counter;
   std::optional<device::WatchedLaunches> watched;
   if (by_kernel) watched.emplace(counter);
-  Roofs roofs;
-  if (by_kernel) roofs = measure_roofs(device);
+  const Roofs roofs =
+      by_kernel ? measure_roofs(device, clock) : roofs_of(report.limits, options.precision);
   const std::vector<Job> jobs = jobs_of(device, options, report.left_out);
   if (jobs.empty() && !options.kernels.empty()) {
     throw OptionError("kernels", "no job or kernel has such a name; '*' shows all names");
@@ -283,14 +348,16 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   }
   report.has_counters = options.counters;
   KernelCounter of_kernels(events ? &*events : nullptr);
-  Bench bench(device, options, report, roofs, monitor, deadline, by_kernel ? &counter : nullptr,
-              options.counters ? &of_kernels : nullptr);
+  Bench bench(device, options, report, roofs, clock, monitor, deadline,
+              by_kernel ? &counter : nullptr, options.counters ? &of_kernels : nullptr);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     monitor.report({"profiling", static_cast<double>(i) / static_cast<double>(jobs.size()), -1,
                     fmt::format("{}, n = {}", jobs[i].name, jobs[i].iterations)});
     bench.time(jobs[i], jobs.size() - i);
   }
-  report.fma_per_second_after = measure_fma(device, options.precision, limit_repeats);
+  report.fma_per_second_after =
+      measure_fma(device, options.precision, limit_repeats, clock).per_second;
+  report.waited_share = waited.so_far();
   monitor.report({"profiling", 1, 0, ""});
   return report;
 }

@@ -6,15 +6,16 @@
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
+#include "profile/interval.hpp"
+#include "profile/json_values.hpp"
+#include "profile/roof.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/profile.hpp"
 
 namespace qjulia {
-namespace {
 
-nlohmann::json or_null(const std::optional<double>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
-}
+using namespace profiling;
+namespace {
 
 std::optional<double> measured_over_predicted(const KernelFigures& f) {
   if (!f.predicted_seconds) return std::nullopt;
@@ -25,14 +26,8 @@ std::optional<double> measured_over_predicted(const KernelFigures& f) {
 constexpr double kLongEnough = 1e-3;
 /// How far the times of a kernel's runs spread on an idle machine.
 constexpr double kUsualSpread = 0.25;
-/// How far the limit drifts there between two measurements.
-constexpr double kUsualDrift = 0.05;
 /// Least share of a multiply-add a lane and cycle that an idle machine reaches.
 constexpr double kUsualClock = 0.75;
-
-nlohmann::json or_null(const std::optional<std::uint64_t>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
-}
 
 /// Null where counters were not wanted, or the driver or the system does not say.
 void add_counters(const KernelFigures& f, nlohmann::json& json) {
@@ -69,15 +64,25 @@ nlohmann::json to_json(const KernelFigures& f) {
       {"max_seconds", f.max_seconds},
       {"spread", f.spread()},
       {"wall_seconds", f.wall_seconds},
+      {"median_cpu_seconds", f.run_cpu_seconds.empty() ? nlohmann::json(nullptr)
+                                                       : nlohmann::json(median(f.run_cpu_seconds))},
+      {"processors", or_null(f.processors())},
       {"executed_factor_iterations", or_null(f.executed_factor_iterations)},
       {"pairs_per_second", or_null(f.pairs_per_second)},
       {"slots", or_null(f.slots)},
       {"memory_bytes", or_null(f.memory_bytes)},
       {"share_of_limit", or_null(f.share_of_limit)},
+      {"share_low", or_null(f.share_low)},
+      {"share_high", or_null(f.share_high)},
+      {"share_verdict", or_null(f.share_verdict)},
       {"predicted_seconds", or_null(f.predicted_seconds)},
       {"measured_over_predicted", or_null(measured_over_predicted(f))},
-      {"limit", f.limit.empty() ? nlohmann::json(nullptr) : nlohmann::json(f.limit)},
-      {"runs", {{"seconds", f.run_seconds}, {"fma_per_second", f.run_fma_per_second}}}};
+      {"limit", or_null(f.limit)},
+      {"runs",
+       {{"seconds", f.run_seconds},
+        {"fma_per_second", f.run_fma_per_second},
+        {"cpu_seconds", or_null(f.run_cpu_seconds)},
+        {"fma_per_cpu_second", or_null(f.run_fma_per_cpu_second)}}}};
   add_counters(f, json);
   return json;
 }
@@ -106,7 +111,10 @@ nlohmann::json to_json(const ProfileReport& report) {
             {"fma_per_second_after", report.fma_per_second_after},
             {"clock_fma_per_second", report.limits.clock_fma_per_second},
             {"bytes_per_second", report.limits.bytes_per_second},
+            {"fma_per_cpu_second", positive_or_null(report.limits.fma_per_cpu_second)},
+            {"bytes_per_cpu_second", positive_or_null(report.limits.bytes_per_cpu_second)},
             {"launch_seconds", report.limits.launch_seconds}}},
+          {"waited_share", or_null(report.waited_share)},
           {"disturbances", report.disturbances()},
           {"left_out", report.left_out},
           {"not_counted", report.not_counted},
@@ -118,8 +126,10 @@ std::string to_csv(const ProfileReport& report) {
       "kernel,iterations,samples,factors,width,precision,is_one_kernel,launches,work_is_at_most,"
       "median_seconds,min_seconds,"
       "max_seconds,"
-      "spread,wall_seconds,executed_factor_iterations,pairs_per_second,slots,memory_bytes,limit,"
-      "share_of_limit,predicted_seconds,measured_over_predicted,cycles,instructions,cache_misses,"
+      "spread,wall_seconds,median_cpu_seconds,processors,executed_factor_iterations,pairs_per_"
+      "second,slots,memory_bytes,limit,"
+      "share_of_limit,share_low,share_high,share_verdict,predicted_seconds,measured_over_predicted,"
+      "cycles,instructions,cache_misses,"
       "stalled_frontend,stalled_backend,cpu_seconds,page_faults,group_size,group_multiple,"
       "local_bytes,private_bytes,registers,spilled_bytes,resident_items";
   std::string text = names + '\n';
@@ -152,10 +162,9 @@ std::vector<std::string> ProfileReport::disturbances() const {
     signs.push_back(fmt::format("runs of {}, n = {}, lie {:.0f} % apart{}", worst->kernel,
                                 worst->iterations, 100 * worst->spread(), others));
   }
-  const double after = fma_per_second_after / limits.fma_per_second;
-  if (std::abs(after - 1) > kUsualDrift) {
-    signs.push_back(fmt::format("the multiply-add limit was {:.1f} G/s before and {:.1f} after",
-                                1e-9 * limits.fma_per_second, 1e-9 * fma_per_second_after));
+  for (std::string& sign :
+       signs_of_load(limits.fma_per_second, fma_per_second_after, waited_share)) {
+    signs.push_back(std::move(sign));
   }
   const double clock = limits.clock_fma_per_second;
   if (limits.fma_per_second < kUsualClock * clock) {

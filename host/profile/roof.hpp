@@ -1,27 +1,49 @@
 #pragma once
 /// What share of a device's limits a kernel reached.
 
-#include <algorithm>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "profile/interval.hpp"
 #include "qjulia/command_profile.hpp"
 
 namespace qjulia::profiling {
+
+/// What a kernel took.
+struct Spent {
+  double seconds = 0;      ///< by the device's clock
+  double cpu_seconds = 0;  ///< of the threads that ran it; 0 where they are not known
+};
 
 struct Roof {
   std::string limit;            ///< "fma" or "memory"; empty where no work is known
   std::optional<double> share;  ///< of what the device can do in the time
 };
 
-/// Of work that took so many seconds: whichever limit would take longer for it.
-inline Roof roof_of(const KernelWork& work, double seconds, const Roofs& roofs) {
-  const double rate = work.is_double ? roofs.double_fma_per_second : roofs.fma_per_second;
-  const double by_fma = work.slots > 0 && rate > 0 ? work.slots / rate : 0;
-  const double by_memory =
-      work.bytes > 0 && roofs.bytes_per_second > 0 ? work.bytes / roofs.bytes_per_second : 0;
-  if (!(seconds > 0) || (by_fma == 0 && by_memory == 0)) return {};
-  return {by_fma >= by_memory ? "fma" : "memory", std::max(by_fma, by_memory) / seconds};
-}
+/// Of work that took so much: whichever limit would take longer for it. A share of the
+/// multiply-adds is one of CPU seconds where they are known; all processors of a device share its
+/// memory, so that a share of the copy is always of the device's seconds.
+Roof roof_of(const KernelWork& work, const Spent& spent, const Roofs& roofs);
+
+/// A share and its interval, or why there is none.
+struct JudgedShare {
+  std::optional<double> share, low, high;
+  std::string verdict;  ///< as in KernelFigures::share_verdict
+};
+
+/// @param shares none where no work is known.
+/// @param is_busy whether other programs took the processors while it was measured.
+JudgedShare judged(const std::string& limit, bool is_at_most, const std::optional<Interval>& shares,
+                   bool is_busy);
+
+/// Threads that wait for longer than this share of their time do so because of other programs.
+constexpr double kUsualWait = 0.05;
+/// How far the limit drifts on an idle machine between two measurements.
+constexpr double kUsualDrift = 0.05;
+
+/// A sentence for each sign that other programs disturbed what was measured between two limits.
+std::vector<std::string> signs_of_load(double fma_before, double fma_after,
+                                       const std::optional<double>& waited_share);
 
 }  // namespace qjulia::profiling

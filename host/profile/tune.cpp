@@ -11,6 +11,11 @@
 #include <span>
 
 #include "device/quirks.hpp"
+#include "profile/interval.hpp"
+#include "profile/limits.hpp"
+#include "profile/roof.hpp"
+#include "profile/tune_clock.hpp"
+#include "profile/worker_clock.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
@@ -20,7 +25,7 @@ namespace qjulia {
 using namespace profiling;
 namespace {
 
-/// Less is noise.
+/// What the upper end of a ratio's interval must not exceed.
 constexpr double kFaster = 0.97;
 /// Settings this much slower at the first try are not tried again.
 constexpr double kHopeless = 1.3;
@@ -59,16 +64,18 @@ bool is_valid(const Tuning& tuning) {
 
 class Tuner {
  public:
-  Tuner(const Device& device, const ProfileOptions& options, const ProgressMonitor& monitor)
-      : device_(device), options_(options), monitor_(monitor) {
+  Tuner(const TuneClock& clock, const Device& device, const ProfileOptions& options,
+        const ProgressMonitor& monitor)
+      : clock_(clock), device_(device), options_(options), monitor_(monitor) {
     ProfileOptions quarter = options;
     quarter.samples = std::max<std::size_t>(options.samples / 4, 64);
     works_ = {make_workload(options), make_workload(quarter)};
     report_.device = device.info();
     report_.precision = options.precision;
     report_.tolerance = options.precision == Precision::dbl ? 1e-10 : 1e-4;
-    default_ = device::default_tuning(device.info(), options.precision, device.layout());
-    TuneBench bench(with(default_), works_.back(), options_.precision);
+    report_.before = report_.tuning = device.tuning(options.precision);
+    TuneBench bench(with(device::default_tuning(device.info(), options.precision, device.layout())),
+                    works_.back(), options_.precision);
     for (const TuneJob job : kAllJobs) expected_.push_back(bench.run(job));
   }
 
@@ -77,11 +84,11 @@ class Tuner {
         "lane_width", &Tuning::lane_width, {kAllJobs.begin(), kAllJobs.end()}};
     std::vector<Tuning> widths;
     for (const int width : {1, 8, 16}) {
-      if (width == default_.lane_width) continue;
-      widths.push_back(
-          device::default_tuning(device_.info(), options_.precision, device_.layout(), width));
+      const Tuning tuning =
+          device::default_tuning(device_.info(), options_.precision, device_.layout(), width);
+      if (tuning != report_.before) widths.push_back(tuning);
     }
-    Tuning best = fastest(lane_width, widths, default_);
+    Tuning best = fastest(lane_width, widths, report_.before);
     for (const TunedSetting& setting : settings()) {
       std::vector<Tuning> tried;
       for (const int factor : setting.factors) {
@@ -92,39 +99,52 @@ class Tuner {
       }
       best = fastest(setting, tried, best);
     }
-    report_.tuning = default_;
-    if (best == default_) {
-      report_.why_defaults = nothing_faster();
-    } else {
-      const auto ratio = time_ratio(best, default_, kAllJobs);
-      if (ratio && *ratio < 1) {
-        report_.tuning = best, report_.time_ratio = *ratio;
-      } else if (ratio) {
-        report_.why_defaults = fmt::format(
-            "all chosen settings together need {:.3f} times the defaults' time", *ratio);
-      } else {
-        report_.why_defaults = fmt::format(
-            "all chosen settings together need over {} times the defaults' time in the "
-            "first job; measure again on an idle machine",
-            kHopeless);
-      }
-    }
+    if (best != report_.before) report_.time_ratio = time_ratio(best, report_.before, kAllJobs);
+    report_.disturbances = clock_.disturbances();
+    report_.why_kept = why_kept(best);
+    if (report_.why_kept.empty()) report_.tuning = best;
     return std::move(report_);
   }
 
  private:
+  /// Why the settings stay although others were chosen, or none were; empty where these do.
+  std::string why_kept(const Tuning& chosen) const {
+    if (!report_.disturbances.empty()) return "the machine was busy, and such times change nothing";
+    if (options_.repeats < kLeastRuns) {
+      return fmt::format("{} of each setting are too few to be certain; give {} repeats or more",
+                         options_.repeats == 1 ? "1 run" : fmt::format("{} runs", options_.repeats),
+                         kLeastRuns);
+    }
+    if (chosen == report_.before) return nothing_faster();
+    if (!report_.time_ratio) {
+      return fmt::format("all chosen settings together need over {} times as long in the first job",
+                         kHopeless);
+    }
+    if (is_faster(report_.time_ratio)) return {};
+    return fmt::format(
+        "all chosen settings together take {:.3f} times as long, between {:.3f} and {:.3f}, and "
+        "{:.2f} at most is asked for",
+        report_.time_ratio->middle, report_.time_ratio->low, report_.time_ratio->high, kFaster);
+  }
+
   /// What came nearest to being taken.
   std::string nothing_faster() const {
     const TuneTrial* nearest = nullptr;
     for (const TuneTrial& t : report_.trials) {
-      if (t.time_ratio > 0 && (nearest == nullptr || t.time_ratio < nearest->time_ratio)) {
+      if (t.time_ratio && (nearest == nullptr || t.time_ratio->high < nearest->time_ratio->high)) {
         nearest = &t;
       }
     }
     if (nearest == nullptr) return "no other setting could be timed";
     return fmt::format(
-        "the best other setting, {} {}, takes {:.3f} times as long, and {:.2f} is asked for",
-        nearest->setting, nearest->value, nearest->time_ratio, kFaster);
+        "the best other setting, {} {}, takes {:.3f} times as long, between {:.3f} and {:.3f}, and "
+        "{:.2f} at most is asked for",
+        nearest->setting, nearest->value, nearest->time_ratio->middle, nearest->time_ratio->low,
+        nearest->time_ratio->high, kFaster);
+  }
+
+  bool is_faster(const std::optional<TimeRatio>& ratio) const {
+    return options_.repeats >= kLeastRuns && ratio && ratio->high <= kFaster;
   }
 
   Device with(const Tuning& tuning) const {
@@ -136,19 +156,21 @@ class Tuner {
   Tuning fastest(const TunedSetting& setting, const std::vector<Tuning>& tunings,
                  const Tuning& before) {
     Tuning best = before;
-    double least = kFaster;
+    double least = 1;
     std::optional<std::size_t> taken;
     for (const Tuning& tuning : tunings) {
       const int value = tuning.*setting.value;
       monitor_.report({"tuning", -1, -1, fmt::format("{} {}", setting.name, value)});
-      TuneTrial trial{setting.name, value, 0, 0, {}, false, {}};
+      TuneTrial trial{setting.name, value, 0, {}, {}, false, {}};
       try {
         trial.difference = difference(tuning, setting.jobs);
         if (!(trial.difference <= report_.tolerance)) {
           trial.refused = "its results differ";
         } else if (const auto ratio = time_ratio(tuning, before, setting.jobs, &trial.times)) {
-          trial.time_ratio = *ratio;
-          if (*ratio < least) least = *ratio, best = tuning, taken = report_.trials.size();
+          trial.time_ratio = ratio;
+          if (is_faster(ratio) && ratio->middle < least) {
+            least = ratio->middle, best = tuning, taken = report_.trials.size();
+          }
         } else {
           trial.refused = "much slower";
         }
@@ -173,11 +195,11 @@ class Tuner {
     return largest;
   }
 
-  /// Geometric mean over jobs and sizes, each by the fastest of its runs; none when hopeless.
-  std::optional<double> time_ratio(const Tuning& tuning, const Tuning& before,
-                                   std::span<const TuneJob> jobs,
-                                   std::vector<TuneTime>* times = nullptr) const {
-    double sum = 0;
+  /// Of both settings' times in each turn, geometric means over jobs and sizes; none when hopeless.
+  std::optional<TimeRatio> time_ratio(const Tuning& tuning, const Tuning& before,
+                                      std::span<const TuneJob> jobs,
+                                      std::vector<TuneTime>* times = nullptr) const {
+    std::vector<double> logs(static_cast<std::size_t>(options_.repeats), 0);  // sums, by turn
     int count = 0;
     for (const Workload& work : works_) {
       TuneBench tried(with(tuning), work, options_.precision);
@@ -185,40 +207,69 @@ class Tuner {
       for (const TuneJob job : jobs) {
         tried.run(job), standing.run(job);  // fills the caches
         double tried_least = std::numeric_limits<double>::infinity(), standing_least = tried_least;
-        for (int i = 0; i < options_.repeats; ++i) {
+        for (std::size_t turn = 0; turn < logs.size(); ++turn) {
           throw_if_stopped(monitor_.stop);
-          standing_least = std::min(standing_least, standing.time(job));
-          tried_least = std::min(tried_least, tried.time(job));
+          const double without = clock_.seconds(standing, job), with = clock_.seconds(tried, job);
+          standing_least = std::min(standing_least, without);
+          tried_least = std::min(tried_least, with);
+          logs[turn] += std::log(with / without);
           // One run alone may be slow because of other work.
-          if (i > 0 && tried_least > kHopeless * standing_least) break;
+          if (count == 0 && turn > 0 && tried_least > kHopeless * standing_least) break;
         }
         if (times != nullptr) {
           times->push_back({to_string(job), work.samples.size(), tried_least, standing_least});
         }
-        sum += std::log(tried_least / standing_least);
-        ++count;
-        if (count == 1 && sum > std::log(kHopeless)) return std::nullopt;
+        if (++count == 1 && tried_least > kHopeless * standing_least) return std::nullopt;
       }
     }
-    return std::exp(sum / count);
+    std::vector<double> ratios;
+    ratios.reserve(logs.size());
+    for (const double sum : logs) ratios.push_back(std::exp(sum / count));
+    const Interval interval = interval_of_median(std::move(ratios));
+    return TimeRatio{interval.low, interval.middle, interval.high};
   }
 
+  const TuneClock& clock_;
   Device device_;
   const ProfileOptions& options_;
   const ProgressMonitor& monitor_;
   std::vector<Workload> works_;
-  Tuning default_;
   std::vector<std::vector<double>> expected_;  ///< by job, of the smaller workload
   TuneReport report_;
 };
 
 }  // namespace
 
+TuneReport profiling::tune_by(const TuneClock& clock, const Device& device,
+                              const ProfileOptions& options, const ProgressMonitor& monitor) {
+  options.validate();
+  return Tuner(clock, device, options, monitor).run();
+}
+
 TuneReport tune(const Device& device, const ProfileOptions& options,
                 const ProgressMonitor& monitor) {
   options.validate();
-  return Tuner(device, options, monitor).run();
+  constexpr int kRuns = 3;
+  const WorkerClockPointer workers = worker_clock(device);
+  const WaitedShare waited(workers);
+  const auto limit = [&] {
+    return measure_fma(device, options.precision, kRuns, workers).per_second;
+  };
+  const double before = limit();
+  TuneClock clock;
+  clock.seconds = [](TuneBench& bench, TuneJob job) { return bench.time(job); };
+  clock.disturbances = [&] { return signs_of_load(before, limit(), waited.so_far()); };
+  return tune_by(clock, device, options, monitor);
 }
+
+namespace {
+
+nlohmann::json to_json(const std::optional<TimeRatio>& ratio) {
+  if (!ratio) return nullptr;
+  return {{"low", ratio->low}, {"middle", ratio->middle}, {"high", ratio->high}};
+}
+
+}  // namespace
 
 nlohmann::json to_json(const TuneReport& report) {
   nlohmann::json trials = nlohmann::json::array();
@@ -234,7 +285,7 @@ nlohmann::json to_json(const TuneReport& report) {
         {{"setting", t.setting},
          {"value", t.value},
          {"difference", std::isfinite(t.difference) ? nlohmann::json(t.difference) : nullptr},
-         {"time_ratio", t.time_ratio > 0 ? nlohmann::json(t.time_ratio) : nullptr},
+         {"time_ratio", to_json(t.time_ratio)},
          {"times", times},
          {"taken", t.taken},
          {"refused", t.refused.empty() ? nlohmann::json(nullptr) : nlohmann::json(t.refused)}});
@@ -243,10 +294,12 @@ nlohmann::json to_json(const TuneReport& report) {
           {"precision", to_string(report.precision)},
           {"tolerance", report.tolerance},
           {"tuning", to_json(report.tuning)},
-          {"time_ratio", report.time_ratio},
+          {"before", to_json(report.before)},
+          {"time_ratio", to_json(report.time_ratio)},
           {"trials", trials},
-          {"why_defaults", report.why_defaults.empty() ? nlohmann::json(nullptr)
-                                                       : nlohmann::json(report.why_defaults)}};
+          {"disturbances", report.disturbances},
+          {"why_kept",
+           report.why_kept.empty() ? nlohmann::json(nullptr) : nlohmann::json(report.why_kept)}};
 }
 
 }  // namespace qjulia

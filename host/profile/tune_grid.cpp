@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "device/quirks.hpp"
+#include "profile/interval.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
@@ -51,11 +52,6 @@ Tuning tuned(const Device& device, Precision precision, const Combination& combi
       device.info(), precision, device.layout(), width == combination.end() ? 0 : width->second));
   for (const auto& [setting, value] : combination) json[setting] = value;
   return tuning_from(json);
-}
-
-double middle_of(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 }  // namespace
@@ -125,10 +121,10 @@ std::string to_csv(const GridReport& report) {
       text += fmt::format("{},{},0,,,,,\"{}\"\n", t.job, t.samples, words);
       continue;
     }
-    const double median = middle_of(t.seconds), low = std::ranges::min(t.seconds),
+    const double middle = median(t.seconds), low = std::ranges::min(t.seconds),
                  high = std::ranges::max(t.seconds);
     text += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g},{:.4f},\n", t.job, t.samples,
-                        t.seconds.size(), median, low, high, (high - low) / median);
+                        t.seconds.size(), middle, low, high, (high - low) / middle);
   }
   return text;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "base/random.hpp"
 #include "device/context.hpp"
@@ -23,7 +24,8 @@ KernelSeconds timed(const Device& device, const std::function<void()>& work) {
   return seconds;
 }
 
-KernelsRun timed_by_kernel(const Device& device, const std::function<void()>& work) {
+KernelsRun timed_by_kernel(const Device& device, const std::shared_ptr<const WorkerClock>& clock,
+                           const std::function<void()>& work) {
   device::Context& context = device.context();
   // A trace that somebody else keeps goes on, and takes these launches too.
   const std::shared_ptr<Trace> kept = context.trace();
@@ -31,8 +33,9 @@ KernelsRun timed_by_kernel(const Device& device, const std::function<void()>& wo
   context.finish();
   if (!kept) device.record(trace);
   const std::size_t before = trace->events().size();
-  const auto start = std::chrono::steady_clock::now();
-  KernelsRun run;
+  std::optional<CpuSampler> sampler;
+  if (clock) sampler.emplace(clock);
+  const auto start = Trace::Clock::now();
   try {
     work();
     context.finish();
@@ -40,15 +43,31 @@ KernelsRun timed_by_kernel(const Device& device, const std::function<void()>& wo
     if (!kept) device.record({});
     throw;
   }
-  run.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  KernelsRun run;
+  const auto length = Trace::Clock::now() - start;
+  run.wall = std::chrono::duration<double>(length).count();
+  std::vector<CpuSample> samples;
+  if (sampler) samples = sampler->samples();
   if (!kept) device.record({});
+  trace->add("timed run", Trace::Row::host, Trace::Timer::wall, start, length);
+  const auto began = start - std::chrono::nanoseconds(trace->events().back().start);
+  std::vector<KernelSpan> spans;
+  std::vector<KernelsRun::Kernel*> kernels;
   for (std::size_t i = before; i < trace->events().size(); ++i) {
     const Trace::Event& event = trace->events()[i];
     if (event.row == Trace::Row::host) continue;
-    KernelTime& time = run.kernels[std::string(event.name)];
-    ++time.launches;
-    time.seconds += 1e-9 * static_cast<double>(event.length);
-    run.device += 1e-9 * static_cast<double>(event.length);
+    KernelsRun::Kernel& kernel = run.kernels[std::string(event.name)];
+    ++kernel.launches;
+    kernel.spent.seconds += 1e-9 * static_cast<double>(event.length);
+    run.all.seconds += 1e-9 * static_cast<double>(event.length);
+    spans.push_back(
+        {began + std::chrono::nanoseconds(event.start), std::chrono::nanoseconds(event.length)});
+    kernels.push_back(&kernel);
+  }
+  const std::vector<double> cpu = cpu_seconds_of(spans, samples, device.info().compute_units);
+  for (std::size_t i = 0; i < cpu.size(); ++i) {
+    kernels[i]->spent.cpu_seconds += cpu[i];
+    run.all.cpu_seconds += cpu[i];
   }
   return run;
 }

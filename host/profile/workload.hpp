@@ -1,6 +1,7 @@
 #pragma once
 /// The fixed work that kernels are timed with and settings are tried with, and its stopwatch.
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -9,6 +10,8 @@
 
 #include "energy/evaluator.hpp"
 #include "energy/samples.hpp"
+#include "profile/roof.hpp"
+#include "profile/worker_clock.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map.hpp"
@@ -27,11 +30,17 @@ KernelSeconds timed(const Device& device, const std::function<void()>& work);
 
 /// The same by kernel, on all queues of the device.
 struct KernelsRun {
-  std::map<std::string, KernelTime> kernels;
-  double device = 0;  ///< sum over all kernels
+  struct Kernel {
+    std::uint64_t launches = 0;
+    Spent spent;
+  };
+  std::map<std::string, Kernel> kernels;
+  Spent all;  ///< sum over all kernels
   double wall = 0;
 };
-KernelsRun timed_by_kernel(const Device& device, const std::function<void()>& work);
+/// @param clock of the device's threads; null: CPU seconds are not measured.
+KernelsRun timed_by_kernel(const Device& device, const std::shared_ptr<const WorkerClock>& clock,
+                           const std::function<void()>& work);
 
 struct Workload {
   energy::Samples samples;
@@ -68,6 +77,7 @@ class TuneBench {
   std::vector<double> run(TuneJob job);
   /// Seconds on the device.
   double time(TuneJob job);
+  const Device& device() const { return device_; }
 
  private:
   Device device_;

@@ -2,14 +2,17 @@
 /// Where the time of a whole command goes: every kernel that it launched, with the work of its
 /// launches against what the device can do at most, and the host's stages beside them.
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "qjulia/device.hpp"
+#include "qjulia/trace.hpp"
 
 namespace qjulia {
 
@@ -43,8 +46,46 @@ struct Roofs {
   double fma_per_second = 0;         ///< single precision
   double double_fma_per_second = 0;  ///< double precision; 0 where the device has none
   double bytes_per_second = 0;
+  /// The same in a CPU second of the threads that run kernels; 0 where these are not known.
+  double fma_per_cpu_second = 0;
+  double double_fma_per_cpu_second = 0;
+  double bytes_per_cpu_second = 0;
 };
 Roofs measure_roofs(const Device& device);
+
+/// What a meter measured around a command.
+struct CommandMeasure {
+  Roofs roofs;  ///< after it
+  /// Of single precision, before it; 0 where it was not measured.
+  double fma_per_second_before = 0;
+  double fma_per_cpu_second_before = 0;
+  /// The CPU seconds so far of the threads that run kernels, at a time in nanoseconds since the
+  /// trace began; in order. Empty where they are not known, as on GPUs.
+  struct Cpu {
+    std::int64_t time = 0;
+    double seconds = 0;
+  };
+  std::vector<Cpu> cpu;
+  /// The share of their time in which these threads were ready to run and waited for a processor.
+  std::optional<double> waited_share;
+};
+
+/// Measures beside a command what its device can do and, on CPUs, the CPU time of the threads that
+/// run kernels. Its own launches are in a trace that the device keeps: make the meter before, and
+/// finish it after.
+class CommandMeter {
+ public:
+  /// Measures the multiply-adds. @throws Interrupted
+  explicit CommandMeter(const Device& device, const std::stop_token& stop = {});
+  ~CommandMeter();
+  CommandMeter(const CommandMeter&) = delete;
+  CommandMeter& operator=(const CommandMeter&) = delete;
+  CommandMeasure finish(Trace::Clock::time_point trace_began) const;  ///< measures the roofs
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 /// All launches of one kernel.
 struct KernelShare {
@@ -52,9 +93,17 @@ struct KernelShare {
   std::uint64_t launches = 0;
   double seconds = 0;  ///< on the device
   double share = 0;    ///< of the seconds of all kernels
+  /// Of the threads that ran it, where they are known: sampled, and divided among the kernels that
+  /// ran between two samples by their time.
+  std::optional<double> cpu_seconds;
   KernelWork work;
   std::string limit;  ///< "fma", "memory", or empty where no work is known
+  /// Of multiply-adds in its CPU seconds where these are known, else of those in its seconds; or of
+  /// bytes in its seconds. None unless the verdict is "judged".
   std::optional<double> share_of_limit;
+  /// The same by the higher and by the lower of the limits before and after the command.
+  std::optional<double> share_low, share_high;
+  std::string share_verdict;  ///< as in KernelFigures (profile.hpp)
 };
 
 /// The host's stages of one name. Stages lie within others.
@@ -69,16 +118,19 @@ struct CommandProfile {
   DeviceInfo device;
   double seconds = 0;         ///< wall, of the whole command
   double device_seconds = 0;  ///< of these, the time in which a kernel ran
-  Roofs roofs;
+  CommandMeasure measure;
   std::vector<KernelShare> kernels;  ///< longest first
   std::vector<StageShare> stages;    ///< longest first
+
+  /// Signs that other work disturbed the command, a sentence each; none on an idle machine.
+  std::vector<std::string> disturbances() const;
 };
 
 /// @param trace of the whole command. @param work what its launches had to do.
 /// @param seconds wall time of the command.
 CommandProfile command_profile(const DeviceInfo& device, const Trace& trace,
-                               const std::map<std::string, KernelWork>& work, const Roofs& roofs,
-                               double seconds);
+                               const std::map<std::string, KernelWork>& work,
+                               const CommandMeasure& measure, double seconds);
 
 nlohmann::json to_json(const CommandProfile& profile);
 /// A table for people, lines without an end of line after the last.

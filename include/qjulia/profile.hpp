@@ -61,6 +61,9 @@ struct DeviceLimits {
   double clock_fma_per_second = 0;
   double bytes_per_second = 0;  ///< read and written by a copy much larger than any cache
   double launch_seconds = 0;    ///< a kernel without work takes, from the call to its end
+  /// In a CPU second of the threads that run kernels, where the device is a CPU; 0 elsewhere.
+  double fma_per_cpu_second = 0;
+  double bytes_per_cpu_second = 0;
 };
 
 /// One kernel, or the few kernels that do one job.
@@ -82,6 +85,11 @@ struct KernelFigures {
   /// The multiply-add limit, measured again after every run: other work, heat or a lower clock slow
   /// it down as they slow down the run.
   std::vector<double> run_fma_per_second;
+  /// Where the device is a CPU: CPU seconds of the threads that run kernels, in every run, and the
+  /// multiply-add limit in such a second, measured after it. Other programs make a run take longer,
+  /// but not use more of these. Else empty.
+  std::vector<double> run_cpu_seconds;
+  std::vector<double> run_fma_per_cpu_second;
   /// Iterates × factors that were really computed; none where orbits or rays end early.
   std::optional<double> executed_factor_iterations;
   std::optional<double> pairs_per_second;  ///< the same by the median second
@@ -89,9 +97,19 @@ struct KernelFigures {
   /// samples and factors.
   std::optional<double> slots;
   std::optional<double> memory_bytes;  ///< read and written at least
-  /// The share of what the device can do at this work per byte, by the median second.
-  std::optional<double> share_of_limit;
   std::string limit;  ///< "fma" or "memory", whichever is lower there; empty where not known
+  /// The median over the runs of the share of what the device can do at this work per byte. A run's
+  /// share is slots / (CPU seconds × multiply-adds in a CPU second), both of this run; where the
+  /// device is no CPU, slots / (seconds × multiply-adds a second); and bytes / (seconds × bytes a
+  /// second) where memory limits. None unless the verdict is "judged".
+  std::optional<double> share_of_limit;
+  /// The median of such runs lies in between with a chance of 90 % at least; with less than five
+  /// runs, the lowest and the highest share.
+  std::optional<double> share_low, share_high;
+  /// "judged"; "not now": other programs disturb too much to say it; "cached": more than memory can
+  /// carry, so that the data stayed in a cache; "ends early": the bound of its work is no guide; or
+  /// empty where no work is known.
+  std::string share_verdict;
   /// What the instructions of the compiled kernel and its memory traffic take at the device's
   /// limits, where they were counted: single precision, on GPUs.
   std::optional<double> predicted_seconds;
@@ -100,6 +118,8 @@ struct KernelFigures {
 
   /// How far apart the runs lie, over their median: 0 where all took as long.
   double spread() const { return (max_seconds - min_seconds) / median_seconds; }
+  /// Processors that worked, on average: the median over the runs of CPU seconds over seconds.
+  std::optional<double> processors() const;
 };
 
 struct ProfileReport {
@@ -110,7 +130,9 @@ struct ProfileReport {
   DeviceLimits limits;
   double fma_per_second_after = 0;  ///< the limit once more, when all kernels were timed
   std::vector<KernelFigures> kernels;
-  std::vector<std::string> left_out;     ///< jobs that were not measured, and why
+  std::vector<std::string> left_out;  ///< jobs that were not measured, and why
+  /// The share of their time in which the threads that run kernels waited for a processor.
+  std::optional<double> waited_share;
   bool has_counters = false;             ///< whether they were wanted
   std::vector<std::string> not_counted;  ///< events that cannot be counted here, and why
 

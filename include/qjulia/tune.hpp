@@ -3,6 +3,7 @@
 
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,14 @@ struct TuneTime {
   double before_seconds = 0;  ///< and without
 };
 
+/// A ratio of times with its interval: the median of such ratios lies in between with a chance of
+/// 90 % at least.
+struct TimeRatio {
+  double low = 0;
+  double middle = 0;
+  double high = 0;
+};
+
 /// One setting that was tried in place of the best so far.
 struct TuneTrial {
   std::string setting;
@@ -26,9 +35,9 @@ struct TuneTrial {
   /// Largest difference from the results with the device's defaults, relative to the largest of
   /// energy, gradient and Gauss-Newton matrix each.
   double difference = 0;
-  /// Time over the best so far's, both timed in turns: geometric mean over the kernels that the
-  /// setting changes. 0 where it was not timed.
-  double time_ratio = 0;
+  /// Time over the best so far's, both timed in turns: in each turn the geometric mean over the
+  /// kernels that the setting changes and the sizes. None where it was not timed to the end.
+  std::optional<TimeRatio> time_ratio;
   std::vector<TuneTime> times;
   bool taken = false;
   std::string refused;  ///< why it was not timed to the end; empty where it was
@@ -37,18 +46,26 @@ struct TuneTrial {
 struct TuneReport {
   DeviceInfo device;
   Precision precision = Precision::single;
-  double tolerance = 0;   ///< what `difference` must not exceed
-  Tuning tuning;          ///< the best
-  double time_ratio = 1;  ///< over the defaults' in the end, over all kernels; 1 where these stay
+  double tolerance = 0;  ///< what `difference` must not exceed
+  Tuning before;         ///< the device's settings
+  Tuning tuning;         ///< the best; `before` where these stay
+  /// Of the chosen settings over `before`, over all kernels, measured once more in the end; none
+  /// where nothing was chosen.
+  std::optional<TimeRatio> time_ratio;
   std::vector<TuneTrial> trials;
-  /// Why the defaults stayed, a sentence; empty where they did not.
-  std::string why_defaults;
+  /// Why the settings stayed, a sentence; empty where they did not.
+  std::string why_kept;
+  /// Signs that other work disturbed the measurement, a sentence each. Where there are any, the
+  /// settings stay.
+  std::vector<std::string> disturbances;
 };
 
-/// Tries lane widths, then the other settings one by one. What differs from the results with the
-/// default settings by more than 1e-4 (double: 1e-10), at a quarter of the workload's samples, is
-/// refused and not timed. Times are of the whole workload and of the quarter; a setting is taken
-/// only when it is 3 % faster.
+/// Tries lane widths, then the other settings one by one, in place of the device's. What differs
+/// from the results with the default settings by more than 1e-4 (double: 1e-10), at a quarter of
+/// the workload's samples, is refused and not timed. Times are of the whole workload and of the
+/// quarter. A setting is taken only when it is certainly 3 % faster: the upper end of its ratio's
+/// interval is at most .97, which asks for five repeats. All that were taken are then timed
+/// together and judged in the same way.
 TuneReport tune(const Device& device, const ProfileOptions& options,
                 const ProgressMonitor& monitor = {});
 

@@ -865,6 +865,10 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     const CommandProfile empty = command_profile({}, Trace(), counter.work(), {}, kNan);
     to_json(empty), to_text(empty);
     static_cast<void>(measure_roofs(on_device()));
+    CommandMeasure measure = CommandMeter(on_device()).finish({});
+    measure.cpu = {{7, 1}, {-7, kNan}};
+    measure.fma_per_second_before = -1;
+    to_text(command_profile({}, Trace(), counter.work(), measure, -1));
   });
   survives("with_known_tuning", [&] { static_cast<void>(with_known_tuning(on_device())); });
   survives("export_tuning", [&] { export_tuning(on_device(), "/no/such/folder/file.json"); });

@@ -1,14 +1,18 @@
 // The profile: its work is what it says, and a slower kernel is found.
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch_all.hpp>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "profile/instruction_counts.hpp"
 #include "profile/kernel_counter.hpp"
+#include "profile/limits.hpp"
 #include "profile/prediction.hpp"
+#include "profile/worker_clock.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/profile.hpp"
@@ -65,8 +69,7 @@ TEST_CASE("energy and gradient run every iterate of every sample") {
       CHECK(f.min_seconds > 0);
       // Kernels run within the wall clock's time.
       CHECK(f.min_seconds <= f.wall_seconds);
-      // A bound would compare this moment with the one in which the limit was measured.
-      CHECK(*f.share_of_limit > 0);
+      CHECK(f.limit == "fma");
     }
   }
   for (const char* kernel : {"gauss_newton", "distance", "level_set", "ray_march"}) {
@@ -74,8 +77,82 @@ TEST_CASE("energy and gradient run every iterate of every sample") {
   }
 }
 
-TEST_CASE("the roofline has its two roofs and every kernel whose work is known") {
-  const Plot plot = roofline(measured());
+TEST_CASE("every share is judged or says why not, and none is above 1") {
+  const bool is_cpu = Device::choose().info().kind == DeviceKind::cpu;
+  for (const KernelFigures& f : measured().kernels) {
+    CAPTURE(f.kernel, f.iterations, f.share_verdict);
+    CHECK(f.slots.has_value() == !f.share_verdict.empty());
+    CHECK(f.share_of_limit.has_value() == (f.share_verdict == "judged"));
+    CHECK(f.run_cpu_seconds.size() == (is_cpu ? f.run_seconds.size() : 0));
+    CHECK(f.run_fma_per_cpu_second.size() == f.run_cpu_seconds.size());
+    CHECK(f.processors().has_value() == is_cpu);
+    if (!f.share_of_limit) continue;
+    CHECK(*f.share_low > 0);
+    CHECK(*f.share_low <= *f.share_of_limit);
+    CHECK(*f.share_of_limit <= *f.share_high);
+    CHECK(*f.share_high <= 1);
+    if (!is_cpu || f.limit != "fma") continue;
+    std::vector<double> shares;  // two
+    for (std::size_t i = 0; i < f.run_cpu_seconds.size(); ++i) {
+      shares.push_back(*f.slots / f.run_cpu_seconds[i] / f.run_fma_per_cpu_second[i]);
+    }
+    CHECK(*f.share_low == Catch::Approx(std::min(shares[0], shares[1])));
+    CHECK(*f.share_of_limit == Catch::Approx(std::min(1.0, std::sqrt(shares[0] * shares[1]))));
+  }
+}
+
+TEST_CASE("CPU seconds are those of the threads that run kernels, and not of others") {
+  const Device device = Device::choose();
+  if (device.info().kind != DeviceKind::cpu) return;
+  const profiling::WorkerClockPointer clock = profiling::worker_clock(device);
+  REQUIRE(clock);
+  ProfileOptions options;
+  options.samples = 20'000;
+  const profiling::Workload work = profiling::make_workload(options);
+  profiling::TuneBench bench(device, work, Precision::single);
+  bench.run(profiling::TuneJob::orbit_energy);
+  const auto seconds_of = [](clockid_t id) {
+    timespec time{};
+    REQUIRE(::clock_gettime(id, &time) == 0);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  };
+  // Two threads of this process that are busy meanwhile.
+  std::array<double, 2> others{};
+  profiling::KernelsRun run;
+  const double before = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+  {
+    std::vector<std::jthread> busy;
+    for (double& used : others) {
+      busy.emplace_back([&](const std::stop_token& end) {
+        volatile double sum = 0;
+        while (!end.stop_requested()) sum = sum + 1;
+        used = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+      });
+    }
+    run = profiling::timed_by_kernel(device, clock, [&] {
+      for (int i = 0; i < 5; ++i) bench.run(profiling::TuneJob::orbit_energy);
+    });
+  }
+  const double all = seconds_of(CLOCK_PROCESS_CPUTIME_ID) - before;
+  const double rest = all - others[0] - others[1];
+  CHECK(run.all.cpu_seconds > 0.5 * rest);
+  CHECK(run.all.cpu_seconds < 1.1 * rest);
+  CHECK(run.kernels.at("energy_terms").spent.cpu_seconds > 0.5 * run.all.cpu_seconds);
+  const profiling::WaitedShare waited(clock);
+  bench.run(profiling::TuneJob::orbit_energy);
+  if (const auto share = waited.so_far()) CHECK((*share >= 0 && *share < 1));
+}
+
+TEST_CASE("the roofline has its two roofs and every kernel whose share can be judged") {
+  ProfileReport shown = measured();
+  std::size_t known = 0;
+  for (KernelFigures& f : shown.kernels) {
+    if (!f.slots) continue;
+    // As on an idle machine; of the first the machine was too busy to say.
+    f.share_of_limit = f.share_low = f.share_high = 0.1 * static_cast<double>(known);
+    if (known++ == 0) f.share_of_limit.reset();
+  }
+  const Plot plot = roofline(shown);
   REQUIRE(plot.series.size() == 3);
   const PlotSeries& slope = plot.series[0];
   const PlotSeries& roof = plot.series[1];
@@ -87,13 +164,12 @@ TEST_CASE("the roofline has its two roofs and every kernel whose work is known")
   CHECK(slope.y.back() * 1e9 == Catch::Approx(measured().limits.fma_per_second));
   CHECK(slope.x.back() * measured().limits.bytes_per_second ==
         Catch::Approx(measured().limits.fma_per_second));
-  REQUIRE(kernels.names.size() == 6);  // energy and gradient twice, Gauss-Newton, level set
-  // A kernel may lie above its roof where the machine was busy while the limits were measured.
+  CHECK(known == 6);  // energy and gradient twice, Gauss-Newton, level set
+  REQUIRE(kernels.names.size() == 5);
   std::size_t i = 0;
-  for (const KernelFigures& f : measured().kernels) {
-    if (!f.slots) continue;
+  for (const KernelFigures& f : shown.kernels) {
+    if (!f.slots || !f.share_of_limit) continue;
     CHECK(kernels.x[i] == Catch::Approx(*f.slots / *f.memory_bytes));
-    CHECK(kernels.y[i] * 1e9 == Catch::Approx(*f.slots / f.median_seconds));
     const double allowed = std::min(roof.y[0], kernels.x[i] * slope.y.back() / slope.x.back());
     CHECK(*f.share_of_limit == Catch::Approx(kernels.y[i] / allowed));
     ++i;
@@ -229,6 +305,8 @@ TEST_CASE("the spread of the runs and the limit before and after are told") {
              Catch::Matchers::ContainsSubstring("energy, n = 1, lie 55 % apart"));
   CHECK_THAT(sign_of([](auto& r) { r.fma_per_second_after = 0.9e11; }),
              Catch::Matchers::ContainsSubstring("100.0 G/s before and 90.0 after"));
+  CHECK_THAT(sign_of([](auto& r) { r.waited_share = 0.3; }),
+             Catch::Matchers::ContainsSubstring("waited for a processor in 30 %"));
   CHECK_THAT(
       sign_of([](auto& r) { r.limits.clock_fma_per_second = 2e11; }),
       Catch::Matchers::ContainsSubstring("50 %") && Catch::Matchers::ContainsSubstring("2000 MHz"));

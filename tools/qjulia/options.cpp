@@ -97,7 +97,7 @@ void add_command_profile(Command command, std::string& file) {
       .file("--profile", file, "FILE.json",
             "Write every kernel that ran, with its launches, seconds, share, work and the share of "
             "the device's limits that it reached, and the host's stages beside them; the limits "
-            "are measured afterwards, in about a second")
+            "are measured before and afterwards, in one to two seconds")
       .offers_files({".json"});
 }
 

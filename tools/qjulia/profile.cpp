@@ -3,7 +3,6 @@
 #include "qjulia/profile.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -175,11 +174,8 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
   session.console.result(table, to_json(report));
   for (const std::string& line : report.left_out) session.console.note("not measured: " + line);
   for (const std::string& line : report.not_counted) session.console.note("not counted: " + line);
-  const std::vector<std::string> signs = report.disturbances();
-  if (!signs.empty()) {
-    session.console.warn(
-        fmt::format("the machine was not idle, and times are too long: {}; measure again",
-                    fmt::join(signs, "; ")));
+  if (const auto signs = report.disturbances(); !signs.empty()) {
+    session.console.warn(busy_text(signs));
   }
   if (baseline.is_null()) return kDone;
   const auto slower = regressions(report, baseline, arguments.tolerance);
@@ -237,7 +233,8 @@ void describe_profile(Command command, ProfileArguments& a) {
       command.flag("--tune", a.tune,
                    "Find the lane width, samples per work-item and tile sizes that are fastest "
                    "here, check that each gives the default's results (to 1e-4 of the largest, "
-                   "double 1e-10), and keep the best for every command to use");
+                   "double 1e-10), and keep those that are certainly 3 % faster for every command "
+                   "to use; on a busy machine the settings stay");
   const Option scaling = command
                              .flag("--scaling", a.scaling,
                                    "Measure how the time and memory of an energy with its gradient "
@@ -355,14 +352,19 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
 A pair is one factor at one sample for one iterate. The share of the limit compares a
 kernel's slots (multiply-adds, multiplications and divisions in its source, one each) with
 the measured peak multiply-add rate of the device's widest vectors, or with an m the bytes
-that must move with the measured copy; "<" means that orbits may have ended early. On GPUs
-the predicted time is what the compiled kernel's instructions and its memory traffic take at
-these limits. Single kernels are indented: their time is a part of the job's. Times are from
-the device's own clock. The spread is that of the runs, over their median; a warning says so when the
-machine was not idle.
+that must move with the measured copy; "<" means that orbits may have ended early. On CPUs a
+share of multiply-adds is one of CPU seconds, which other programs do not change; "CPUs" are
+the processors that worked. Each run has its own limit, and the share is the median over the
+runs; in parentheses is where this median lies with a chance of 90 % (with less than five
+--repeats, the range of the runs). "not now" means that the machine is too busy to say it,
+"cached" that data stayed in a cache, and "ends early" that the bound of the work is no guide.
+On GPUs the predicted time is what the compiled kernel's instructions and its memory traffic
+take at these limits. Single kernels are indented: their time is a part of the job's. Times
+are from the device's own clock. The spread is that of the runs, over their median; a warning
+says so when the machine was not idle.
 'compare' takes two --json reports. The time of each run is multiplied by the multiply-add
-limit measured right after it. A kernel is slower if the lower bound of its slowdown is over
-2 %. Exit code 0: no kernel is slower; 1: some are; 4: undecided, because the machine was
+limit measured right after it; on a busy machine its CPU seconds, by the limit in a CPU second.
+A kernel is slower if the lower bound of its slowdown is over 2 %. Exit code 0: no kernel is slower; 1: some are; 4: undecided, because the machine was
 busy or runs differ too much.
 Tuned settings are kept for the device, its driver and this program in
 $XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums

@@ -20,11 +20,19 @@ std::string in_cycles(const ProfileReport& report) {
                      report.limits.fma_per_second / clock, report.device.clock_mhz);
 }
 
-/// Of a device's limit, and which; "<" where orbits may have ended early.
+/// The limit in a CPU second; empty where the device is no CPU.
+std::string in_cpu_seconds(const ProfileReport& report) {
+  if (report.limits.fma_per_cpu_second == 0) return {};
+  return fmt::format(", {:.4g} G in a CPU second", 1e-9 * report.limits.fma_per_cpu_second);
+}
+
+/// Of a device's limit, and which, with its interval; "<" where orbits may have ended early. Or why
+/// there is none.
 std::string share_text(const KernelFigures& f) {
-  if (!f.share_of_limit) return "-";
-  return fmt::format("{}{:.1f} %{}", f.work_is_at_most ? "<" : "", 100 * *f.share_of_limit,
-                     f.limit == "memory" ? " m" : "");
+  if (!f.share_of_limit) return f.share_verdict.empty() ? "-" : f.share_verdict;
+  return fmt::format("{}{:.1f} %{} ({:.1f} to {:.1f})", f.work_is_at_most ? "<" : "",
+                     100 * *f.share_of_limit, f.limit == "memory" ? " m" : "", 100 * *f.share_low,
+                     100 * *f.share_high);
 }
 
 }  // namespace
@@ -34,16 +42,18 @@ std::string profile_table(const ProfileReport& report) {
       report.kernels, [](const KernelFigures& f) { return f.predicted_seconds.has_value(); });
   std::string text = fmt::format(
       "settings: {}\n"
-      "limits: {:.4g} G multiply-adds/s{}, copy {:.4g} GB/s, launch {:.3g} us\n"
-      "{:24} n    samples  factors   median s      min s   spread   Gpairs/s    of limit{}",
+      "limits: {:.4g} G multiply-adds/s{}{}, copy {:.4g} GB/s, launch {:.3g} us\n"
+      "{:24} n    samples  factors   median s      min s   spread  CPUs   Gpairs/s {:>23}{}",
       report.is_tuned ? "tuned for this device" : "the defaults",
-      1e-9 * report.limits.fma_per_second, in_cycles(report), 1e-9 * report.limits.bytes_per_second,
-      1e6 * report.limits.launch_seconds, "kernel",
-      has_predictions ? "  predicted s  measured" : "");
+      1e-9 * report.limits.fma_per_second, in_cycles(report), in_cpu_seconds(report),
+      1e-9 * report.limits.bytes_per_second, 1e6 * report.limits.launch_seconds, "kernel",
+      "of limit", has_predictions ? "  predicted s  measured" : "");
   for (const KernelFigures& f : report.kernels) {
-    text += fmt::format("\n{:24} {:2} {:10} {:8} {:10.4g} {:10.4g} {:6.1f} % {:>10} {:>11}",
+    const auto processors = f.processors();
+    text += fmt::format("\n{:24} {:2} {:10} {:8} {:10.4g} {:10.4g} {:6.1f} % {:>5} {:>10} {:>23}",
                         f.is_one_kernel ? "  " + f.kernel : f.kernel, f.iterations, f.samples,
                         f.factors, f.median_seconds, f.min_seconds, 100 * f.spread(),
+                        processors ? fmt::format("{:.2f}", *processors) : std::string("-"),
                         optional_number(f.pairs_per_second, 1e-9), share_text(f));
     if (!has_predictions) continue;
     text += fmt::format(" {:>12} {:>9}", optional_number(f.predicted_seconds, 1),
@@ -109,23 +119,27 @@ std::string profile_table(const ScalingReport& report) {
 }
 
 std::string profile_table(const TuneReport& report, const std::string& file) {
-  std::string text = fmt::format("{:15} {:>6} {:>11} {:>12} {:>10}", "setting", "value",
+  const auto ratio_text = [](const std::optional<TimeRatio>& ratio) {
+    if (!ratio) return std::string("-");
+    return fmt::format("{:.3f} ({:.3f} to {:.3f})", ratio->middle, ratio->low, ratio->high);
+  };
+  std::string text = fmt::format("{:15} {:>6} {:>11} {:>22} {:>10}", "setting", "value",
                                  "difference", "time (best 1)", "seconds");
   for (const TuneTrial& t : report.trials) {
     double seconds = 0;
     for (const TuneTime& time : t.times) seconds += time.seconds;
-    text += fmt::format(
-        "\n{:15} {:6} {:11.1e} {:>13} {:10.4g} {}", t.setting, t.value, t.difference,
-        t.time_ratio > 0 ? fmt::format("{:.3f}", t.time_ratio) : std::string("-"), seconds,
-        t.taken ? std::string("taken") : t.refused.substr(0, t.refused.find('\n')));
+    text += fmt::format("\n{:15} {:6} {:11.1e} {:>22} {:10.4g} {}", t.setting, t.value,
+                        t.difference, ratio_text(t.time_ratio), seconds,
+                        t.taken ? std::string("taken") : t.refused.substr(0, t.refused.find('\n')));
   }
-  if (report.why_defaults.empty()) {
-    text += fmt::format("\ntuned: {:.3f} times the time with the defaults", report.time_ratio);
+  if (report.why_kept.empty()) {
+    text += fmt::format("\ntuned: {} times the time with the settings before\nkept in: {}",
+                        ratio_text(report.time_ratio), file);
   } else {
-    text += "\nthe defaults stay: ";
-    text += report.why_defaults;
+    text += "\nthe settings stay as they were: ";
+    text += report.why_kept;
   }
-  return text + fmt::format("\nsettings: {}\nkept in: {}", to_json(report.tuning).dump(), file);
+  return text + "\nsettings: " + to_json(report.tuning).dump();
 }
 
 std::string profile_table(const GridReport& report) {

@@ -1,6 +1,7 @@
 #include "profile_tuning.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
@@ -29,10 +30,16 @@ int run_tune(const TrustedDevice& wanted, const ProfileOptions& options, Session
   const Device device = session.open_device(wanted);
   const std::string file = tuning_file(device.info()).string();
   const TuneReport report = tune(device, options, session.monitor());
-  save_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
+  if (report.why_kept.empty()) {
+    save_tuning(device.with_tuning(report.precision, report.tuning), report.precision);
+  }
   nlohmann::json json = to_json(report);
   json["file"] = file;
   session.console.result(profile_table(report, file), json);
+  if (!report.disturbances.empty()) {
+    session.console.warn(fmt::format("the machine was busy: {}; tune on an idle machine",
+                                     fmt::join(report.disturbances, "; ")));
+  }
   return kDone;
 }
 

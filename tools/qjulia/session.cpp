@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -88,7 +89,7 @@ ProgressMonitor Session::monitor() {
 
 void Session::finish() {
   if (!trace_ || !are_outputs_checked_) return;
-  const double command_seconds = seconds();
+  const double command_seconds = seconds() - meter_seconds_;
   std::string name = "none";
   std::map<std::string, double> figures;
   if (traced_) {
@@ -116,11 +117,21 @@ void Session::finish() {
 
 void Session::write_profile(double seconds) {
   const auto work = counter_->work();
-  const Roofs roofs = traced_ ? measure_roofs(*traced_) : Roofs{};
+  const CommandMeasure measure = meter_ ? meter_->finish(start_) : CommandMeasure{};
   const CommandProfile profile =
-      command_profile(traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, roofs, seconds);
+      command_profile(traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, measure, seconds);
   base::write_file(profile_file_, to_json(profile).dump(2, ' ', true) + "\n");
   console.note(fmt::format("{}\nprofile: {}", to_text(profile), profile_file_));
+  if (const auto signs = profile.disturbances(); !signs.empty()) console.warn(busy_text(signs));
+}
+
+void Session::start_meter(const Device& device) {
+  if (!counter_ || meter_) return;
+  const double before = seconds();
+  const LaunchCounter apart;  // so that the command's does not count the meter's launches
+  meter_ = std::make_unique<CommandMeter>(device, interrupts.token());
+  device.reset_kernel_times();
+  meter_seconds_ = seconds() - before;
 }
 
 Map Session::read_map(const std::string& file) {
@@ -172,6 +183,7 @@ Device Session::open_device(const TrustedDevice& wanted) {
   if (const std::string fault = known_fault(device.info()); !fault.empty()) console.warn(fault);
   expect_right_results(device, wanted);
   if (trace_) {
+    start_meter(device);
     untraced_wait_ = device.wait_time();
     device.record(trace_);
     traced_ = device;
@@ -187,6 +199,13 @@ void Session::report_kernels(const Device& device) {
   }
   console.detail(describe(device.wait_time()));
   console.detail(describe(build_total()));
+}
+
+std::string busy_text(const std::vector<std::string>& signs) {
+  return fmt::format(
+      "the machine was busy: {}. Seconds are too long; shares of the limit hold, and say 'not now' "
+      "where they cannot be judged",
+      fmt::join(signs, "; "));
 }
 
 std::string describe(const WaitTime& waited) {

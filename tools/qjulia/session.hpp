@@ -66,6 +66,8 @@ class Session {
 
  private:
   void write_profile(double seconds);
+  /// Where a profile is wanted, measures the device before the command uses it.
+  void start_meter(const Device& device);
 
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::string trace_file_, profile_file_;
@@ -75,7 +77,12 @@ class Session {
   std::optional<Device> traced_;
   WaitTime untraced_wait_;  ///< for `traced_`, before its trace began
   std::unique_ptr<LaunchCounter> counter_;
+  std::unique_ptr<CommandMeter> meter_;
+  double meter_seconds_ = 0;  ///< that it took, and the command did not
 };
+
+/// What a profile says of signs that other programs disturbed it.
+std::string busy_text(const std::vector<std::string>& signs);
 
 /// How long a device was waited for, and what that took.
 std::string describe(const WaitTime& waited);

@@ -18,9 +18,10 @@ Plot roofline(const ProfileReport& report) {
   kernels.line = false;
   kernels.points = true;
   for (const KernelFigures& f : report.kernels) {
-    if (!f.slots || !f.memory_bytes) continue;
+    if (!f.slots || !f.memory_bytes || !f.share_of_limit) continue;
     kernels.x.push_back(*f.slots / *f.memory_bytes);
-    kernels.y.push_back(1e-9 * *f.slots / f.median_seconds);
+    // Beside the limits of its own runs it reached this share, and beside these the same.
+    kernels.y.push_back(*f.share_of_limit * roof * std::min(1.0, kernels.x.back() / ridge));
     kernels.names.push_back(
         fmt::format("{}, n = {}: {:.0f} %", f.kernel, f.iterations, 100 * *f.share_of_limit));
     farthest = std::max(farthest, 4 * kernels.x.back());

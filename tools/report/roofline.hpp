@@ -7,8 +7,9 @@
 namespace qjulia::report {
 
 /// After Williams, Waterman and Patterson, "Roofline", Communications of the ACM 52(4), 2009: work
-/// per byte across, work per second up, both logarithmic. Kernels whose work is not known are left
-/// out.
+/// per byte across, work per second up, both logarithmic. A kernel lies as far below the roof as
+/// the share that it reached says. Kernels whose work is not known or whose share cannot be judged
+/// are left out.
 Plot roofline(const ProfileReport& report);
 
 }  // namespace qjulia::report

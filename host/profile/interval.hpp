@@ -1,0 +1,29 @@
+#pragma once
+/// What a few runs say of the figure that they scatter about.
+
+#include <vector>
+
+namespace qjulia::profiling {
+
+/// The value in the middle; of an even number, the higher of two. @param values at least one.
+double median(std::vector<double> values);
+
+struct Interval {
+  double low = 0;
+  double middle = 0;  ///< the median; of an even number of values, the geometric mean of two
+  double high = 0;
+};
+
+/// Fewer runs allow no interval of `kIntervalConfidence`.
+constexpr int kLeastRuns = 5;
+/// The chance that the median of the distribution from which the runs come lies in an interval.
+constexpr double kIntervalConfidence = 0.9;
+
+/// The interval between the k-th lowest and the k-th highest value, with the largest k for which
+/// a binomial distribution of n and ½ lies below k with a chance of 5 % at most. It is assumed only
+/// that the runs are independent. With less than `kLeastRuns` values it is their whole range, whose
+/// chance is 1 − 2^(1 − n).
+/// @param values positive, at least one.
+Interval interval_of_median(std::vector<double> values);
+
+}  // namespace qjulia::profiling

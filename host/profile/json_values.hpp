@@ -1,0 +1,29 @@
+#pragma once
+/// Figures that may be unknown, as JSON: null where they are.
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace qjulia::profiling {
+
+template <class Number>
+nlohmann::json or_null(const std::optional<Number>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+inline nlohmann::json or_null(const std::string& word) {
+  return word.empty() ? nlohmann::json(nullptr) : nlohmann::json(word);
+}
+
+inline nlohmann::json or_null(const std::vector<double>& values) {
+  return values.empty() ? nlohmann::json(nullptr) : nlohmann::json(values);
+}
+
+/// A limit, which is 0 where it is not known.
+inline nlohmann::json positive_or_null(double value) {
+  return value > 0 ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+}  // namespace qjulia::profiling
