@@ -364,8 +364,8 @@ are from the device's own clock. The spread is that of the runs, over their medi
 says so when the machine was not idle.
 'compare' takes two --json reports. The time of each run is multiplied by the multiply-add
 limit measured right after it; on a busy machine its CPU seconds, by the limit in a CPU second.
-A kernel is slower if the lower bound of its slowdown is over 2 %. Exit code 0: no kernel is slower; 1: some are; 4: undecided, because the machine was
-busy or runs differ too much.
+A kernel is slower if the lower bound of its slowdown is over 2 %. Exit code 0: no kernel is
+slower; 1: some are; 4: undecided, because the machine was busy or runs differ too much.
 Tuned settings are kept for the device, its driver and this program in
 $XDG_CACHE_HOME/qjulia (~/.cache/qjulia), and every command uses them from then on. Sums
 are then taken in another order: maps fitted before and after differ slightly,
