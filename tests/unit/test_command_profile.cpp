@@ -35,7 +35,9 @@ CommandProfile made_up() {
   const std::map<std::string, KernelWork> work{
       {"energy_terms", {.launches = 2, .slots = 3e9, .bytes = 1e6, .at_most = true}},
       {"sum_row_blocks", {.launches = 1, .bytes = 2e8}}};
-  return command_profile({}, trace, work, {.roofs = {2e10, 1e10, 1e10}}, 1);
+  CommandMeasure measure;
+  measure.roofs = {2e10, 1e10, 1e10};
+  return command_profile({}, trace, work, measure, 1);
 }
 
 /// A kernel of a CPU with two processors that do 1e10 multiply-adds a second each. Of its time the
