@@ -146,8 +146,9 @@ TEST_CASE("a tuner changes what is certainly 3 % faster, and nothing else") {
 }
 
 TEST_CASE("a tuner keeps the settings that a device has while the machine is busy") {
-  const Device device = tuned(test::shared_device());
-  const Tuning before = device.tuning(Precision::single);
+  Tuning before = test::shared_device().tuning(Precision::single);
+  before.panel_block /= 2;  // not the default
+  const Device device = test::shared_device().with_tuning(Precision::single, before);
   const auto half = [&](const Tuning& tuning) { return tuning == before ? 1.0 : 0.5; };
   CHECK(tuned_by(device, half).tuning != before);
   const TuneReport busy = tuned_by(device, half, 5, {"somebody else works"});
