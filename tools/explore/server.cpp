@@ -1,7 +1,6 @@
 #include "explore/server.hpp"
 
 #include <fmt/format.h>
-#include <httplib.h>
 #include <netdb.h>
 #include <sys/socket.h>
 
@@ -20,6 +19,7 @@
 #include <vector>
 
 #include "base/text.hpp"
+#include "explore/bounded_server.hpp"
 #include "explore/maker.hpp"
 #include "explore/page.hpp"
 #include "explore/painter.hpp"
@@ -32,13 +32,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kThreads = 128;  ///< connections that are read and written at a time
-constexpr auto kReadLimit = 2s, kWriteLimit = 10s;
 constexpr std::chrono::milliseconds kLastAnswers(1000);  ///< when the server ends
-constexpr int kKeptAlive = 1;  ///< seconds that a connection waits for its next request
 constexpr std::chrono::minutes kPictureLimit(5), kLongLimit(60);
-constexpr std::size_t kLongestBody = 4096;  ///< no request has one
-constexpr std::size_t kLongestName = 64;    ///< a client's
+constexpr std::size_t kLongestName = 64;  ///< a client's
 constexpr const char* kTokenHeader = "X-Qjulia-Token";
 constexpr const char* kStop = "/stop";  ///< what ends a fit
 constexpr const char* kOwn = "";        ///< the client that no page can be
@@ -122,24 +118,18 @@ struct Server::Impl {
         file(named),
         task(std::move(fit_task)),
         painter(device, task ? &task->mesh : nullptr, options.keep_loose) {
-    http.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-    http.set_payload_max_length(kLongestBody);
-    http.set_read_timeout(kReadLimit);
-    http.set_write_timeout(kWriteLimit);
-    http.set_keep_alive_timeout(kKeptAlive);
-    http.set_tcp_nodelay(true);
-    // Not the library's own, with which several servers could share a port.
-    http.set_socket_options([](socket_t) {});
     route();
-    port = options.port;
-    if (port == 0)
-      port = http.bind_to_any_port(host);
-    else if (!http.bind_to_port(host, port))
-      port = -1;
-    if (port <= 0) {
-      throw Error(fmt::format("cannot listen on {}:{}: it is taken, or not this machine's", name,
-                              options.port));
+    port = http.open(host, options.port);
+    if (port > 0) return;
+    if (httplib::Server().bind_to_any_port(host) > 0) {
+      throw OptionError("port", fmt::format("{} of {} is in use{}; give another one, or 0 for any "
+                                            "that is free",
+                                            options.port, name,
+                                            options.port < 1024 ? ", or kept for the system" : ""));
     }
+    throw OptionError(
+        "host",
+        fmt::format("'{}' is no address of this machine; give one, such as 127.0.0.1", host));
   }
 
   /// From now on the page is the map's.
@@ -249,12 +239,16 @@ struct Server::Impl {
     }
     // A request may name a thousand ranges, and each would be answered with the whole page.
     if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
-    const std::string given = request.path == "/" ? request.get_param_value("token")
-                                                  : request.get_header_value(kTokenHeader);
-    if (!are_equal(given, token)) {
+    if (has_body(request)) return refused(413, "no request has a body");
+    if (!has_token(request)) {
       return refused(403, "open the address that 'qjulia explore' printed: it has the token");
     }
     return true;
+  }
+
+  bool has_token(const httplib::Request& request) const {
+    return are_equal(token, request.path == "/" ? request.get_param_value("token")
+                                                : request.get_header_value(kTokenHeader));
   }
 
   /// Has the worker do what a request asks for, and sends what comes of it: lines of how far it is
@@ -353,7 +347,8 @@ struct Server::Impl {
     http.Get("/fit", [this](const auto&, auto& response) {
       response.set_content(fit_json(), "application/json");
     });
-    http.Post(kStop, [this](const auto&, auto& response) {
+    // A handler that is given the reader of the body, and reads none.
+    http.Post(kStop, [this](const auto&, auto& response, const httplib::ContentReader&) {
       fit_stop.request_stop();
       response.set_content("{}", "application/json");
     });
@@ -377,7 +372,7 @@ struct Server::Impl {
   std::condition_variable_any changed;
   Painter painter;  // the worker's
   Worker worker;
-  httplib::Server http;
+  BoundedServer http{[this](const auto& request) { return has_token(request); }};
 };
 
 Server::Server(const Device& device, const Map& map, const std::string& file,

@@ -34,7 +34,8 @@ struct FitTask {
 /// written for a request.
 class Server {
  public:
-  /// Listens. @param file the name of the map's file. @throws Error where the port is taken.
+  /// Listens. @param file the name of the map's file. @throws OptionError where it cannot listen
+  /// there.
   Server(const Device& device, const Map& map, const std::string& file,
          const ServerOptions& options = {});
   /// Serves a page that shows a fit while it runs, then that of its map.

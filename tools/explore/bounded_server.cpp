@@ -1,0 +1,187 @@
+#include "explore/bounded_server.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <memory>
+#include <semaphore>
+#include <utility>
+
+namespace qjulia::explore {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr int kThreads = 128;                      ///< connections that are open at a time
+constexpr int kMostRequests = 100;                 ///< of a connection, one after the other
+constexpr std::size_t kLongestRequest = 32 << 10;  ///< its line and headers
+/// How long a connection may wait before its next request, take to send one, leave an answer
+/// unread, and go on sending what nobody reads.
+constexpr std::chrono::milliseconds kIdleLimit(1000), kReadLimit(2000), kWriteLimit(10000),
+    kDropLimit(500);
+/// A peer that acknowledges nothing for so long is gone: a machine that fell asleep says no word.
+constexpr unsigned int kSilenceLimit = 20;  // seconds
+
+/// @return those of the events that came; 0 where none did until then. Errors are events too.
+short wait_for(int socket, short events, Clock::time_point until) {
+  pollfd waits{socket, events, 0};
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
+    const int count = ::poll(&waits, 1, static_cast<int>(std::max<std::int64_t>(left, 0)));
+    if (count > 0) return waits.revents;
+    if (count == 0 || errno != EINTR) return 0;
+  }
+}
+
+/// A connection, for one request and its answer.
+class RequestStream : public httplib::Stream {
+ public:
+  explicit RequestStream(int socket) : socket_(socket) {}
+
+  bool is_readable() const override {
+    return used_ < filled_ || (filled_ < bytes_.size() && wait_for(socket_, POLLIN, until_) != 0);
+  }
+  /// Whether a client waits for the answer; not one that has gone.
+  bool is_writable() const override {
+    return wait_for(socket_, POLLOUT | POLLRDHUP, Clock::now() + kWriteLimit) == POLLOUT;
+  }
+  ssize_t read(char* to, std::size_t size) override {
+    if (used_ == filled_) {
+      if (!is_readable()) return -1;
+      const ssize_t count = ::recv(socket_, bytes_.data() + filled_, bytes_.size() - filled_, 0);
+      if (count <= 0) return -1;
+      filled_ += static_cast<std::size_t>(count);
+    }
+    size = std::min(size, filled_ - used_);
+    std::copy_n(bytes_.data() + used_, size, to);
+    used_ += size;
+    return static_cast<ssize_t>(size);
+  }
+  ssize_t write(const char* from, std::size_t size) override {
+    if (!is_writable()) return -1;
+    return ::send(socket_, from, size, MSG_NOSIGNAL);
+  }
+  void get_remote_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}
+  void get_local_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}
+  socket_t socket() const override { return socket_; }
+
+ private:
+  int socket_;
+  Clock::time_point until_ = Clock::now() + kReadLimit;
+  std::array<char, kLongestRequest> bytes_;
+  std::size_t filled_ = 0, used_ = 0;
+};
+
+/// Threads for connections. While all are busy no more connections are accepted: they wait in the
+/// system's queue.
+class Threads : public httplib::TaskQueue {
+ public:
+  /// Nothing in older releases of the library, a bool in newer ones.
+  using Queued = decltype(std::declval<httplib::TaskQueue&>().enqueue({}));
+
+  Queued enqueue(std::function<void()> serve) override {
+    free_.acquire();
+    threads_.enqueue([this, serve = std::move(serve)] {
+      serve();
+      free_.release();
+    });
+    return Queued(true);
+  }
+  void shutdown() override { threads_.shutdown(); }
+
+ private:
+  std::counting_semaphore<kThreads> free_{kThreads};
+  httplib::ThreadPool threads_{kThreads};
+};
+
+void end_when_silent(int socket) {
+  constexpr int kOn = 1, kSeconds = kSilenceLimit / 2;
+  constexpr unsigned int kMilliseconds = 1000 * kSilenceLimit;
+  ::setsockopt(socket, SOL_SOCKET, SO_KEEPALIVE, &kOn, sizeof(kOn));
+  ::setsockopt(socket, IPPROTO_TCP, TCP_KEEPIDLE, &kSeconds, sizeof(kSeconds));
+  ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &kMilliseconds, sizeof(kMilliseconds));
+}
+
+/// Ends a connection. A system that closes one with bytes unread has the peer forget the answer, so
+/// that what still comes is read, for a while.
+void hang_up_politely(int socket) {
+  ::shutdown(socket, SHUT_WR);
+  std::array<char, 4096> dropped;
+  const auto until = Clock::now() + kDropLimit;
+  while (Clock::now() < until && wait_for(socket, POLLIN, until) != 0 &&
+         ::recv(socket, dropped.data(), dropped.size(), 0) > 0) {
+  }
+  ::close(socket);
+}
+
+}  // namespace
+
+bool has_body(const httplib::Request& request) {
+  return request.has_header("Transfer-Encoding") ||
+         (request.has_header("Content-Length") &&
+          request.get_header_value("Content-Length") != "0");
+}
+
+BoundedServer::BoundedServer(std::function<bool(const httplib::Request&)> keeps)
+    : keeps_(std::move(keeps)) {
+  new_task_queue = [] { return new Threads; };
+  set_tcp_nodelay(true);
+  // Not the library's own, with which several servers could share a port. A port that another
+  // server has just left is free.
+  set_socket_options([](socket_t listener) {
+    constexpr int kOn = 1;
+    ::setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &kOn, sizeof(kOn));
+  });
+  set_expect_100_continue_handler([](const auto& /*request*/, auto& response) {
+    return response.status = 413;  // there is no body to wait for
+  });
+}
+
+int BoundedServer::open(const std::string& host, int port) {
+  if (port == 0)
+    port = bind_to_any_port(host);
+  else if (!bind_to_port(host, port))
+    port = -1;
+  // The library lets five connections wait until they are accepted; more would be left in doubt.
+  if (port > 0) ::listen(svr_sock_, kThreads);
+  return port;
+}
+
+bool BoundedServer::process_and_close_socket(socket_t socket) {
+  end_when_silent(socket);
+  int left = kMostRequests;
+  while (left > 0 && wait_for(socket, POLLIN, Clock::now() + kIdleLimit) == POLLIN) {
+    if (!serve(*this, socket, --left == 0)) break;
+  }
+  hang_up_politely(socket);
+  return true;
+}
+
+template <class Library>
+bool BoundedServer::serve(Library& library, socket_t socket, bool is_last) {
+  RequestStream stream(socket);
+  bool is_kept = false, is_closed = false;
+  const auto setup = [&](httplib::Request& request) {
+    is_kept = !has_body(request) && keeps_(request);
+    if (is_kept) return;
+    request.headers.erase("Connection");
+    request.set_header("Connection", "close");
+  };
+  bool is_answered = false;
+  if constexpr (requires { library.process_request(stream, is_last, is_closed, setup); }) {
+    is_answered = library.process_request(stream, is_last, is_closed, setup);
+  } else {  // newer releases of the library want to know addresses, for handlers that ask
+    is_answered = library.process_request(stream, "", 0, "", 0, is_last, is_closed, setup);
+  }
+  return is_answered && is_kept && !is_closed;
+}
+
+}  // namespace qjulia::explore
