@@ -69,7 +69,9 @@ class Browser:
         elif method == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning", "assert"):
             self.errors.append(" ".join(str(a.get("value", a.get("description"))) for a in params["args"]))
         elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
-            self.errors.append(params["entry"]["text"])
+            text = params["entry"]["text"]
+            if "GPU stall due to ReadPixels" not in text:  # which the driver remarks on where it is slow
+                self.errors.append(text)
         elif method == "Network.requestWillBeSent":
             url = params["request"]["url"]
             if not url.startswith(("file:", "data:", "blob:", "about:")):
@@ -168,12 +170,26 @@ class Browser:
                         "return [b.x + b.width / 2, b.y + b.height / 2]; })()")
         self.touch(((x, y), (x, y)), steps=0)
 
-    def download(self, folder, script, seconds=200):
-        """The file that a script has the page download."""
+    def key(self, key, code, number, text=None):
+        """A key pressed and released, by its names and its number in Windows."""
+        for kind, more in (("keyDown", {"text": text} if text else {}), ("keyUp", {})):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, windowsVirtualKeyCode=number, **more)
+
+    def until(self, script, seconds=60):
+        """Waits until a script's value is true."""
+        end = time.monotonic() + seconds
+        while not self.run(script):
+            if time.monotonic() > end:
+                raise RuntimeError(f"not in {seconds} s: {script}")
+            self.rest(0.05)
+
+    def download(self, folder, script, seconds=200, meanwhile=lambda: None):
+        """The file that a script has the page download, or what is done `meanwhile`."""
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
         self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder.resolve()))
         self.run(script + "; 0")
+        meanwhile()
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             for file in folder.iterdir():

@@ -36,7 +36,7 @@ def check_refusals(server):
         check(server.status(path) in (403, 404), f"no file is given out: {path}")
     for query in ("detail=nan", "detail=-1", "detail=1", "size=99999x99999", "size=8", "size=8x8x8", "samples=9", "iterations=99",
                   "phase=1,2,3", "phase=0,0,0,0", "up=w", "cut-z=x", "size=8x8&size=9x9", "file=/etc/passwd", "zoom=1e999",
-                  "order-seed=-1", "material=%00", "look-at=1,2,3,4", "steepness=1e9"):
+                  "order-seed=-1", "material=%00", "background=transparent", "look-at=1,2,3,4", "steepness=1e9"):
         status, _, body = server.get(f"/frame?{query}")
         check(status == 400 or body.startswith(b"!"), f"a bad request is told so: {query}: {body[:60]}")
     for query in ("", "make=png", "make=/../x.ply", "make=ply&resolution=99999", "make=stl&millimetres=-1",
@@ -195,8 +195,22 @@ def check_pictures(server):
     check(a == b, "a map with its knobs turned is that of 'convert'")
 
 
+def check_backdrop(tab, server):
+    """It is dark where the theme is, unless a light one is chosen."""
+    for theme, chosen, is_dark in (("dark", "", True), ("dark", "&backdrop=light", False), ("light", "&backdrop=dark", True)):
+        tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
+        tab.open(f"{server.address}&size=48x36&samples=0#azimuth=50{chosen}")
+        tab.wait(100)
+        corner = tab.run("document.getElementById('canvas').getContext('2d').getImageData(0, 0, 1, 1).data[1]")
+        command = tab.run("qjulia.renderCommand()")
+        check((corner < 80) == is_dark and ("--background 1d1f24" in command) == is_dark,
+              f"in the {theme} theme the backdrop is {'dark' if is_dark else 'light'}: {corner}; {command}")
+    tab.call("Emulation.setEmulatedMedia", features=[])
+
+
 def check_page(server):
     with browser.Browser(640, 480) as tab:
+        check_backdrop(tab, server)
         tab.open(server.address + "&size=160x120&samples=1#azimuth=50")
         tab.wait(100)
         check(tab.run("qjulia.figures.frames.length") >= 2, f"the page draws: {tab.run('qjulia.figures.frames')}")

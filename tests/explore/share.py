@@ -176,6 +176,13 @@ def check_phone(address):
         check(tab.run("document.documentElement.dataset.controls") == "open", "a tap opens the controls")
         boxes = tab.run("[...document.querySelectorAll('#actions button')].map((b) => b.getBoundingClientRect()).map((b) => [b.left, b.right])")
         check(all(left >= 0 and right <= 360 for left, right in boxes), "which fit the screen")
+        under, panel = tab.run("['canvas', 'panel'].map((id) => document.getElementById(id).getBoundingClientRect()).map((b) => [b.top, b.bottom])")
+        check(under[0] == 0 and under[1] <= panel[0] and panel[1] <= 640 and under[1] >= 320, f"beside the picture: {under}, {panel}")
+        small = tab.run("""[...document.querySelectorAll('button, select, input')].filter((e) => e.offsetParent)
+            .map((e) => [e.name || e.textContent, e.offsetWidth, e.offsetHeight]).filter(([, wide, high]) => Math.min(wide, high) < 44)""")
+        check(small == [], f"and are large enough for fingers: {small}")
+        tab.until("document.getElementById('canvas').height < 800")
+        tab.wait(100)
         before = tab.run("qjulia.state.detail")
         left, top, wide = tab.run("(() => { const r = document.querySelector('input[type=range][name=detail]'); r.scrollIntoView(); "
                                   "const b = r.getBoundingClientRect(); return [b.x, b.y + b.height / 2, b.width]; })()")
@@ -267,20 +274,77 @@ def check_saved_picture(tab, address):
     """The file that 'Save picture' gives, of the size that was asked for."""
     tab.open(f"{address}?size=64x48&samples=0")
     tab.wait(200)
-    file = tab.download(folder / "downloads", """globalThis.prompt = () => '90 x 70';
-        [...document.querySelectorAll('button')].find((b) => b.textContent === 'Save picture').click()""")
+    opens = "[...document.querySelectorAll('button')].find((b) => b.textContent === 'Save picture').click();"
+    sets = "for (const [name, value] of Object.entries(%s)) document.querySelector(`#picture [name=${name}]`).value = value;"
+    tab.run(opens + "0")
+    check(tab.run("['file', 'width', 'height', 'format'].map((name) => document.querySelector(`#picture [name=${name}]`).value)")
+          == ["ball", "64", "48", "png"], "a picture has the map's name and the page's size unless it is given another")
+    before = tab.run("location.hash")
+    tab.key("s", "KeyS", 83)
+    check(tab.run("document.activeElement.closest('dialog') !== null && location.hash") == before, "the dialog has the keyboard")
+    tab.run(sets % "{ file: 'mine', width: 90, height: 99999 }")
+    tab.key("Enter", "Enter", 13, "\r")
+    check(tab.run("document.querySelector('#picture [name=height]').validity.rangeOverflow && document.querySelector('#picture').open"),
+          "none is saved that is too large for the graphics")
+    tab.run(sets % "{ height: 70 }")
+    file = tab.download(folder / "downloads", "0", meanwhile=lambda: tab.key("Enter", "Enter", 13, "\r"))
     data = file.read_bytes()
     size = int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
-    check(file.name == "ball.png" and size == (90, 70), f"a picture is saved: {file.name}, {size}")
+    check(file.name == "mine.png" and size == (90, 70), f"Enter saves it: {file.name}, {size}")
     tab.wait(200)
-    tab.run("""globalThis.prompt = () => '99999x70';
-        [...document.querySelectorAll('button')].find((b) => b.textContent === 'Save picture').click(); 0""")
-    told = tab.run("document.getElementById('note').textContent")
-    check("too large" in told and tab.run("document.getElementById('canvas').width") == 64,
-          f"none is saved that is too large for the graphics: {told}")
+    tab.run(opens + "0")
+    tab.key("Escape", "Escape", 27)
+    tab.until("document.querySelector('dialog') === null")
+    check(tab.state() == "done" and tab.run("document.getElementById('canvas').width") == 64, "Escape saves nothing")
+    file = tab.download(folder / "downloads", opens + sets % "{ format: 'jpg' }" + "document.querySelector('#picture [value=save]').click()")
+    check(file.name == "ball.jpg" and file.read_bytes()[:3] == b"\xff\xd8\xff", f"and a smaller file is one of another format: {file.name}")
+    tab.wait(200)
     file = tab.download(folder / "downloads",
                         "[...document.querySelectorAll('button')].find((b) => b.textContent === 'Save map').click()")
     check(json.loads(file.read_text())["format"] == "qjulia-map", f"and a map: {file.name}")
+
+
+# What is seen when the graphics are asked for, before shaders are compiled and grids are made.
+AT_FIRST = """const get = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (...kind) {
+  const word = document.getElementById('drawing');
+  globalThis.atFirst ??= word && [word.innerText.trim(), getComputedStyle(word).display, getComputedStyle(this).visibility,
+                                  document.querySelector('#drawing progress').getBoundingClientRect().width];
+  return get.apply(this, kind);
+};"""
+
+
+def check_begin(tab, address):
+    """A page says at once that it draws, and shows no empty canvas."""
+    script = tab.call("Page.addScriptToEvaluateOnNewDocument", source=AT_FIRST)["identifier"]
+    tab.open(f"{address}?samples=0")
+    tab.wait(200)
+    word, display, visibility, wide = tab.run("atFirst") or ("nothing", "", "", 0)
+    check(word == "Drawing the set" and display == "flex" and visibility == "hidden" and wide > 50,
+          f"a page says at once that it draws: {word}, {display}, the canvas is {visibility}, a bar of {wide} pixels")
+    check(tab.run("getComputedStyle(document.getElementById('drawing')).display") == "none" and
+          tab.run("[getComputedStyle(canvas).visibility, getComputedStyle(canvas).filter].join()") == "visible,none", "until it is done")
+    tab.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+
+
+CORNER = """(async () => {
+  const blob = await new Promise((resolve) => document.getElementById("canvas").toBlob(resolve));
+  const copy = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(await createImageBitmap(blob), 0, 0);
+  return copy.getImageData(0, 0, 1, 1).data[1];
+})()"""
+
+
+def check_backdrop(tab, address):
+    """Dark where the theme is, unless a light one is chosen."""
+    for theme, backdrop, is_dark in (("light", "", False), ("dark", "", True), ("dark", "#backdrop=light", False), ("light", "#backdrop=dark", True)):
+        tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
+        tab.open(f"{address}{'&' if '?' in address else '?'}size=48x36&samples=0{backdrop}")
+        tab.wait(200)
+        corner, command = tab.run(CORNER), tab.run("qjulia.renderCommand()")
+        check((corner < 80) == is_dark and ("--background" in command) == is_dark,
+              f"in the {theme} theme {backdrop} the backdrop is {'dark' if is_dark else 'light'}: {corner}; {command}")
+    tab.call("Emulation.setEmulatedMedia", features=[])
 
 
 def check_palette(tab, address):
@@ -314,6 +378,8 @@ def main():
                              "drift=0.5&zoom=1.4&look=0.2,0.1,0", "slice=0.2&steepness=4&scale=1.1&elevation=40&cutz=60"):
                 compare(tab, address, "ball.qjulia.json", settings, "120x90")
             check_kinds(tab)
+            check_begin(tab, address)
+            check_backdrop(tab, address)
             check_controls(tab, address)
             check_saved_map(tab, address)
             check_saved_picture(tab, address)

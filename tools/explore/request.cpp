@@ -138,6 +138,13 @@ void read_shows(std::string_view text, ViewRequest& view) {
   view.shows_mesh = text == "mesh";
 }
 
+void read_background(std::string_view text, ViewRequest& view) {
+  const auto color = color_named(text);
+  if (!color) throw InputError("give a colour, such as 1d1f24");
+  view.picture.backdrop = Backdrop::plain;
+  view.picture.background = *color;
+}
+
 /// What one name of a query does.
 struct Part {
   enum class Changes { knobs, studio, size, camera } changes;
@@ -195,6 +202,7 @@ const Parts& parts() {
         {"size", {Changes::size, read_size}},
         {"samples", {Changes::studio, read_samples}},
         {"shows", {Changes::studio, read_shows}},
+        {"background", {Changes::studio, read_background}},
         {"cut-x", cut('x')},
         {"cut-y", cut('y')},
         {"cut-z", cut('z')}};

@@ -1,6 +1,6 @@
 // The command lines that make what the page shows.
-import { root } from "./dom.js";
-import { changed, short, state } from "./state.js";
+import { darkBackground, root } from "./dom.js";
+import { changed, hasDarkBackdrop, short, state } from "./state.js";
 
 const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 
@@ -8,6 +8,8 @@ const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll(
 const mapWord = () => quoted(root.dataset.map.replace(/^-/, "./-"));
 
 const cuts = () => ["x", "y", "z"].filter((axis) => state["cut" + axis] < 100).map((axis) => [axis, short(state["cut" + axis])]);
+
+const background = () => hasDarkBackdrop() ? [["background", [darkBackground]]] : [];
 
 const commandOf = (name, output, options) =>
   ["qjulia", name, mapWord(), "-o", output, ...options.flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");
@@ -17,7 +19,7 @@ export function renderCommand(width, height) {
   // A browser draws all of the set, loose pieces too.
   const drawsAll = root.dataset.renderer === "webgl";
   return commandOf("render", "picture.png", [
-    ["size", [`${width}x${height}`]], ...changed("picture"), ...(cut ? [["cut", [cut]]] : []), ...changed("map"),
+    ["size", [`${width}x${height}`]], ...changed("picture"), ...background(), ...(cut ? [["cut", [cut]]] : []), ...changed("map"),
     ...(drawsAll ? [["keep-loose", []]] : []),
   ]);
 }
@@ -26,6 +28,6 @@ export const surfaceCommand = () => commandOf("surface", "surface.ply", changed(
 
 /** The same as the query of a request to qjulia explore. */
 export function queryOf() {
-  const options = [...changed("picture"), ...changed("map"), ...cuts().map(([axis, at]) => [`cut-${axis}`, [at]])];
+  const options = [...changed("picture"), ...background(), ...changed("map"), ...cuts().map(([axis, at]) => [`cut-${axis}`, [at]])];
   return Object.fromEntries(options.map(([name, values]) => [name, values.join(",")]));
 }

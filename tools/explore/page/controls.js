@@ -91,7 +91,7 @@ if (map.box) {
   group("Cut open", ...["x", "y", "z"].map((axis) =>
     slider({ name: "cut" + axis, label: axis, help: `Cuts away what lies beyond this place along ${axis}, per cent of the shape's box`, step: 1 })));
 }
-group("Look", ...fields("Look"));
+group("Look", ...fields("Look"), menu({ name: "backdrop", label: "backdrop", help: "What is behind the set" }));
 
 byId("panel").addEventListener("submit", (event) => event.preventDefault());
 onChange(() => updates.forEach((update) => update()));

@@ -4,6 +4,15 @@ export const root = document.documentElement;
 export const byId = (id) => document.getElementById(id);
 /** The picture's own element, where the page has one picture. */
 export const canvas = byId("canvas");
+/** How coarse the first picture of its size is as yet, pixels of the screen a side, for the style. */
+export function tellPass(divisor) {
+  if (root.dataset.pass !== "1") root.dataset.pass = divisor;
+}
+/** Gives the canvas other sides, and with that empties it: until something is drawn it is not shown. */
+export function resizeCanvas(width, height) {
+  delete root.dataset.pass;
+  Object.assign(canvas, { width, height });
+}
 
 /** A new element with children. */
 export function element(name, properties = {}, ...children) {
@@ -16,6 +25,10 @@ export function element(name, properties = {}, ...children) {
 export function followTheme() {
   root.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 }
+
+export const isDarkTheme = () => root.dataset.theme === "dark";
+/** A dark backdrop's colour, as qjulia render takes it. */
+export const darkBackground = "1d1f24";
 
 /** What goes wrong anywhere is said on the page. */
 export function fail(error) {

@@ -1,7 +1,7 @@
 // The page of `qjulia explore MESH` while the fit runs: the mesh, the potential that closes on it, the set, stage by
 // stage, and how energy and IoU go. When the fit is done it becomes the page of the map.
 import { drawCurve } from "./curves.js";
-import { byId, element, fail, followTheme } from "./dom.js";
+import { byId, darkBackground, element, fail, followTheme, isDarkTheme } from "./dom.js";
 import { ask, asked_json } from "./server.js";
 
 const views = { mesh: { shows: "mesh" }, potential: { iterations: 1 }, set: { iterations: 6 } };
@@ -18,7 +18,7 @@ async function paint() {
     undrawn.delete(name);
     const size = isMoving ? "160x120" : `${canvas.width}x${canvas.height}`;
     const picture = await ask("frame", { ...views[name], azimuth: camera.azimuth.toFixed(1), elevation: camera.elevation.toFixed(1),
-                                         size, samples: 1 });
+                                         size, samples: 1, ...(isDarkTheme() ? { background: darkBackground } : {}) });
     if (!picture) continue;
     canvas.getContext("2d").drawImage(await createImageBitmap(picture), 0, 0, canvas.width, canvas.height);
     if (name === "set" && !isMoving && stage === shown) keepStage();

@@ -1,6 +1,9 @@
 // WebGL 2: programs of the page's .glsl files, textures, waiting for what was drawn.
 import { byId, canvas } from "./dom.js";
 import { map, modulusKind, versorKind } from "./map.js";
+import { isSeen } from "./seen.js";
+
+await isSeen;
 
 export const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, preserveDrawingBuffer: true, powerPreference: "high-performance" });
 if (!gl) throw new Error("this page needs WebGL 2: try another browser, or turn on its graphics acceleration");

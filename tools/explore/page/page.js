@@ -1,17 +1,20 @@
 // Puts the page together: what a change of the state sets off, and the buttons that save.
-import { byId, canvas, fail, followTheme, root } from "./dom.js";
+import { byId, canvas, fail, followTheme, isDarkTheme, resizeCanvas, root } from "./dom.js";
 import { viewOf } from "./camera.js";
 import { renderCommand, surfaceCommand } from "./command.js";
 import { button, note, toggleControls } from "./controls.js";
 import { shapeBox, toShape, turned } from "./map.js";
 import { listen } from "./pointer.js";
-import { saveMap, savePicture } from "./save.js";
-import { change, followAddress, knobsOf, onChange, state, written } from "./state.js";
+import { askPicture, saveMap, savePicture } from "./save.js";
+import { change, followAddress, hasDarkBackdrop, knobsOf, onChange, state, written } from "./state.js";
 
 const given = new URLSearchParams(location.search);
 const fixed = /^(\d{1,4})x(\d{1,4})$/.exec(given.get("size") ?? "");
 const samples = Math.min(64, Math.max(0, Math.floor(Number(given.get("samples") ?? 8)) || 0));
-const report = (share) => { byId("progress").style.width = `${100 * share}%`; };
+const report = (share) => {
+  if (share > 0) byId("progress").value = share;
+  else byId("progress").removeAttribute("value");  // how much is done is not known yet
+};
 
 /** What draws: { draw(options), isCoarse(), mapFile(), most }, with `draw` as picture.js has it, and `most` pixels a side. */
 let renderer = null;
@@ -23,7 +26,7 @@ function fit() {
   canvas.classList.toggle("sized", Boolean(fixed));
   const [width, height] = size.map((v) => Math.min(Math.max(v, 1), renderer.most));
   const isNew = width !== canvas.width || height !== canvas.height;
-  if (isNew) Object.assign(canvas, { width, height });
+  if (isNew) resizeCanvas(width, height);
   return isNew;
 }
 
@@ -34,9 +37,7 @@ async function refresh(isMoving = false) {
   if (isSaving) return;
   root.dataset.state = "busy";
   try {
-    const isDark = root.dataset.theme === "dark";
-    if (!await renderer.draw({ samples, isMoving, isDark, report })) return;
-    report(0);
+    if (!await renderer.draw({ samples, isMoving, isDark: hasDarkBackdrop(), report })) return;
     if (hasFailed) note("");
     hasFailed = false;
     root.dataset.state = "done";
@@ -70,22 +71,21 @@ async function copy(text) {
   }
 }
 
-async function savePictureOf(size) {
-  const match = /^\s*(\d{2,5})\s*[x ×]\s*(\d{2,5})\s*$/.exec(size ?? "");
-  if (!match || isSaving) return;
-  const sides = match.slice(1).map(Number);
-  if (Math.max(...sides) > renderer.most) return note(`the picture is too large: at most ${renderer.most} pixels a side`, 8);
+async function savePictureAsAsked() {
+  if (isSaving) return;
+  const wanted = await askPicture(canvas, renderer.most);
+  if (!wanted) return;
   isSaving = true;
   const before = [canvas.width, canvas.height];
   try {
     root.dataset.state = "busy";
-    [canvas.width, canvas.height] = sides;
-    await renderer.draw({ samples: Math.max(samples, 8), isDark: root.dataset.theme === "dark", report });
-    await savePicture(canvas);
+    resizeCanvas(wanted.width, wanted.height);
+    await renderer.draw({ samples: Math.max(samples, 8), isDark: hasDarkBackdrop(), report });
+    await savePicture(canvas, wanted);
   } catch (error) {
     note(error.message, 8);
   }
-  [canvas.width, canvas.height] = before;
+  resizeCanvas(...before);
   isSaving = false;
   if (!fixed) fit();
   refresh();
@@ -95,13 +95,13 @@ byId("savers").append(
   button("Copy as command", "The qjulia render line that makes this picture", () => copy(renderCommand(canvas.width, canvas.height))),
   button("Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
   button("Copy link", "This page with all that is set: a link is a shape", () => copy(location.href)),
-  button("Save picture", "A .png of the size that you give", () => savePictureOf(prompt("Size of the picture in pixels", `${canvas.width}x${canvas.height}`))),
+  button("Save picture", "A file of the size that you give", savePictureAsAsked),
   button("Save map", "The map with its knobs turned, as a file for qjulia", async () => {
     const text = await renderer.mapFile();
     if (text) saveMap(text);
   }),
-  button("Dark or light", "Theme of the page and the backdrop", () => {
-    root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
+  button("Dark or light", "Theme of the page, and of the backdrop unless one is chosen", () => {
+    root.dataset.theme = isDarkTheme() ? "light" : "dark";
     showChange(true);
   }));
 

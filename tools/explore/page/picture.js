@@ -1,5 +1,5 @@
 // A picture of the state, from coarse to fine, then with samples between the pixels' middles.
-import { canvas } from "./dom.js";
+import { canvas, tellPass } from "./dom.js";
 import { bind, drawAll, drawn, drawTo, gl, keptTexture, program, use, waits } from "./gl.js";
 import { viewOf } from "./camera.js";
 import { bindGrid } from "./grid.js";
@@ -78,6 +78,7 @@ function paint(scene, result, jitter, share, isDark) {
   drawTo(null, width, height);
   use(show, {});
   drawAll();
+  tellPass(view.divisor);
 }
 
 /** Draws the state. Resolves with whether it came to the end: another call ends this one.

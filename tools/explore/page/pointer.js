@@ -59,7 +59,7 @@ export function listen(whereNow) {
       event.preventDefault();
       return event.shiftKey ? redo() : undo();
     }
-    if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (isTyping || event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("dialog")) return;
     if (event.key in keys && event.target.type !== "range") {
       event.preventDefault();
       const [x, y] = keys[event.key];

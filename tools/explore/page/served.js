@@ -1,5 +1,5 @@
 // The page of `qjulia explore`: the server's device draws, a picture a request, from coarse to fine.
-import { canvas } from "./dom.js";
+import { canvas, tellPass } from "./dom.js";
 import { queryOf } from "./command.js";
 import { offerFiles } from "./make.js";
 import { start } from "./page.js";
@@ -27,6 +27,7 @@ async function drawStage(stage, isStale, begin, options) {
   if (!picture || isStale()) return false;
   const image = await createImageBitmap(picture);
   context.drawImage(image, 0, 0, canvas.width, canvas.height);
+  tellPass(1);
   served.frames.push({ ...stage, ms: performance.now() - begin });
   ++served.count;
   return true;

@@ -1,6 +1,6 @@
 // What the controls say: one flat object, which the address holds too. A link is a shape.
 import { map, phaseOf } from "./map.js";
-import { byId } from "./dom.js";
+import { byId, isDarkTheme } from "./dom.js";
 import { settings } from "./settings.js";
 import { axisOf } from "./vectors.js";
 
@@ -9,6 +9,7 @@ export const palettes = JSON.parse(byId("palettes").textContent);
 
 const all = [...settings.map, ...settings.picture], controls = all.flatMap((setting) => setting.controls);
 const cutNames = ["cutx", "cuty", "cutz"];  // per cent of the box
+const backdrops = ["as the theme", "light", "dark"];
 
 /** Every number: [usual, least, most]. */
 export const ranges = Object.fromEntries([
@@ -18,14 +19,20 @@ export const ranges = Object.fromEntries([
 const whole = controls.filter((control) => control.whole).map((control) => control.name);
 
 /** Every word: the usual first. */
-export const words = Object.fromEntries(controls.filter((control) => control.words).map(({ name, words: list }) => [name, list]));
+export const words = Object.fromEntries([
+  ...controls.filter((control) => control.words).map(({ name, words: list }) => [name, list]), ["backdrop", backdrops],
+]);
 
 /** What every control says where nothing is changed; a point in the picture's middle is null. */
-export const usual = Object.fromEntries([...controls.map((control) => [control.name, control.usual]), ...cutNames.map((name) => [name, 100])]);
+export const usual = Object.fromEntries([...controls.map((control) => [control.name, control.usual]), ...cutNames.map((name) => [name, 100]),
+                                         ["backdrop", backdrops[0]]]);
 
 /** The state now. Change it through `change`. */
 export const state = { ...usual };
 export const differs = (...names) => names.some((name) => state[name] !== usual[name]);
+
+/** Whether what is behind the set is dark. */
+export const hasDarkBackdrop = () => state.backdrop === "dark" || (state.backdrop === backdrops[0] && isDarkTheme());
 
 /** The names of a setting's controls. */
 const namesOf = (setting) => setting.controls.map((control) => control.name);
