@@ -106,7 +106,28 @@ std::vector<double> numbers(const std::string& list, char between, const std::st
   return values;
 }
 
-/// "NAME=FROM:TO:COUNT", both ends included, or "NAME=A,B,C". @throws InputError
+/// How the option goes from one value to another; linearly where no table says it.
+Interpolation interpolation_of(const std::string& option) {
+  for (const Knob& knob : knob_table()) {
+    if (knob.option() == option) return knob.interpolation;
+  }
+  for (const PictureSetting& setting : picture_settings()) {
+    if (setting.option() == option) return setting.interpolation;
+  }
+  return Interpolation::linear;
+}
+
+/// The options that go by equal ratios, for help.
+std::string names_of_ratios() {
+  std::vector<std::string> names;
+  for (const auto& [name, setter] : setters()) {
+    if (interpolation_of(name) == Interpolation::logarithmic) names.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// "NAME=FROM:TO:COUNT", both ends included and by equal steps or ratios, or "NAME=A,B,C". @throws
+/// InputError
 Sweep parse_sweep(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos) throw unreadable(text);
@@ -126,8 +147,13 @@ Sweep parse_sweep(const std::string& text) {
     throw InputError(fmt::format("--sweep {}: COUNT is 2 to {}", text, kMostFrames));
   }
   const int count = static_cast<int>(range[2]);
+  const bool has_equal_ratios =
+      interpolation_of(sweep.name) == Interpolation::logarithmic && range[0] > 0 && range[1] > 0;
   for (int i = 0; i < count; ++i) {
-    sweep.values.push_back(std::lerp(range[0], range[1], double(i) / (count - 1)));
+    const double way = double(i) / (count - 1);
+    sweep.values.push_back(has_equal_ratios && i > 0 && i + 1 < count
+                               ? range[0] * std::pow(range[1] / range[0], way)
+                               : std::lerp(range[0], range[1], way));
   }
   return sweep;
 }
@@ -165,8 +191,10 @@ bool Sweep::is_of_camera() const {
 std::string sweep_names() {
   std::vector<std::string> names;
   for (const auto& [name, setter] : setters()) names.push_back(name);
-  return fmt::format("{}; phase-i is the phase cos A + i sin A, A in degrees",
-                     fmt::join(names, ", "));
+  return fmt::format(
+      "{}; phase-i is the phase cos A + i sin A, A in degrees. From FROM to TO, {} go by equal "
+      "ratios, the others by equal steps",
+      fmt::join(names, ", "), names_of_ratios());
 }
 
 std::optional<Sweep> wanted_sweep(const SweepChoice& wanted, const std::string& input,
