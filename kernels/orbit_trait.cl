@@ -106,11 +106,14 @@ static inline lane trait_closest(trait_closeness of, int iterations) {
 }
 
 // How far out of the grooves a point lies: 0 at the inner end of the undecided shell, 1 at the
-// outer.
+// outer. It is resolved where F differs little over the whole shell: the narrower side says nothing
+// here, and in exact maps is a tenth of it.
 static inline lane trait_groove(trait_images first, trait_band band) {
-  lane share = clamp((first.f - band.low) / (band.high - band.low), lane_of(0), lane_of(1));
-  real mean = (band.level - band.low) / (band.high - band.low);
-  return trait_mixed(lane_of(mean), share, trait_resolved(first.risen));
+  real wide = band.high - band.low;
+  real narrow = fmin(band.level - band.low, band.high - band.level) / wide;
+  lane share = clamp((first.f - band.low) / wide, lane_of(0), lane_of(1));
+  real mean = (band.level - band.low) / wide;
+  return trait_mixed(lane_of(mean), share, trait_resolved(narrow * narrow * first.risen));
 }
 
 // What the orbits of the corners tell: QJ_TRAIT_TRAP, QJ_TRAIT_GROOVE, or QJ_TRAIT_ITERATIONS, for

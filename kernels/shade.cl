@@ -368,7 +368,7 @@ static inline real3 ground_share(real3 origin, real3 direction, global const rea
 }
 
 // sRGB bytes of the strip's pixels, each with how opaque it is. depth, normal: its samples and
-// more; trait: as many, where there are any. ground: the sky's light on points of it. received: the
+// more; trait: as many, where there are any: below 0, how light clay is. ground: the sky's light on points of it. received: the
 // light of the strip's receivers.
 kernel void shade_pixels(qj_strip_arguments strip, global const real* restrict view,
                          global const real* restrict depth, global const real* restrict normal,
@@ -397,7 +397,10 @@ kernel void shade_pixels(qj_strip_arguments strip, global const real* restrict v
     irradiance e = received_by(real3_at(normal + 3 * index), direction, key_light,
                                received + (size_t)(j * wide + i) * QJ_RECEIVED_SIZE);
     real3 albedo = real3_at(scene + QJ_SCENE_CLAY);
-    if (strip.has_traits) albedo = trait_albedo(trait[index], scene);
+    if (strip.has_traits) {
+      real t = trait[index];
+      albedo = t < 0 ? -t * albedo : trait_albedo(t, scene);
+    }
     sum += film(lit(albedo, e));
   }
   real opaque = 1;

@@ -1,9 +1,11 @@
 #include "picture/band_grid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "device/point_batch.hpp"
+#include "picture/framing.hpp"
 #include "qjulia/progress.hpp"
 #include "qjulia/slope.hpp"
 #include "surface/grid_layout.hpp"
@@ -57,6 +59,47 @@ double mean_way(std::ptrdiff_t points, const surface::Grid& grid, const Box& box
   const Eigen::Vector3d size = box.size();
   const double face = (size.x() * size.y() + size.y() * size.z() + size.z() * size.x()) / 3;
   return face > 0 ? static_cast<double>(points) * std::pow(grid.step, 3) / face : 0;
+}
+
+/// The points whose body holds at least a hundredth as many points inside as the largest one.
+/// Bodies are told apart by blocks of 2 × 2 × 2 points, so that thin necks do not break.
+template <class IsInside>
+std::vector<bool> large_bodies(const Eigen::Vector3i& points, const IsInside& is_inside) {
+  constexpr double kLeast = 0.01;
+  const Eigen::Vector3i blocks = (points.array() + 1) / 2;
+  const auto block_of = [&](const Eigen::Vector3i& index) {
+    return surface::number_of(Eigen::Vector3i(index.array() / 2), blocks);
+  };
+  std::vector<std::size_t> held(surface::number_of(blocks.array() - 1, blocks) + 1);
+  surface::for_points(points, [&](std::size_t number, const Eigen::Vector3i& index) {
+    if (is_inside(number)) ++held[block_of(index)];
+  });
+  std::vector<int> body(held.size(), -1);
+  std::vector<double> sizes;
+  surface::for_points(blocks, [&](std::size_t first, const Eigen::Vector3i& at) {
+    if (held[first] == 0 || body[first] >= 0) return;
+    const int number = static_cast<int>(sizes.size());
+    sizes.push_back(0);
+    std::vector<Eigen::Vector3i> waiting{at};
+    body[first] = number;
+    while (!waiting.empty()) {
+      const Eigen::Vector3i block = waiting.back();
+      waiting.pop_back();
+      sizes.back() += static_cast<double>(held[surface::number_of(block, blocks)]);
+      surface::for_around(blocks, block, 1, [&](std::size_t other, const Eigen::Vector3i& next) {
+        if (held[other] == 0 || body[other] >= 0) return;
+        body[other] = number;
+        waiting.push_back(next);
+      });
+    }
+  });
+  const double largest = sizes.empty() ? 0 : *std::ranges::max_element(sizes);
+  std::vector<bool> counts;
+  surface::for_points(points, [&](std::size_t number, const Eigen::Vector3i& index) {
+    counts.push_back(is_inside(number) &&
+                     sizes[static_cast<std::size_t>(body[block_of(index)])] >= kLeast * largest);
+  });
+  return counts;
 }
 
 }  // namespace
@@ -168,8 +211,10 @@ const std::vector<float>& BandGrid::values() {
     if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) undecided.push_back(device::narrow(i));
   }
   std::vector<float> found(steps_.size());
-  level_set().clamped_at(grid_, surface::whole(grid_), undecided,
-                         {set_.map.dynamics.surface_level, kMostValue, kMostValue}, found);
+  // Without what is looked up, which depends on the view: the outline must not.
+  surface::LevelSet(map_.device(), set_.map, band_.stops, set_.iterations, set_.precision)
+      .clamped_at(grid_, surface::whole(grid_), undecided,
+                  {set_.map.dynamics.surface_level, kMostValue, kMostValue}, found);
   for (const std::int32_t i : undecided) {
     const auto number = static_cast<std::size_t>(i);
     values_[number] = found[number] - static_cast<float>(set_.map.dynamics.surface_level);
@@ -178,6 +223,44 @@ const std::vector<float>& BandGrid::values() {
   constexpr auto kMost = static_cast<float>(kMostValue);
   for (float& value : values_) value = std::clamp(value, -kMost, kMost);
   return values_;
+}
+
+std::vector<float> BandGrid::ways_inside(const std::vector<Eigen::Vector3d>& points) const {
+  const surface::LevelSet potential(map_.device(), set_.map, band_.stops, 1, set_.precision);
+  std::vector<float> ways = potential.at(points);
+  for (float& way : ways) {
+    way = static_cast<float>((set_.map.dynamics.surface_level - double{way}) / band_.steepest);
+  }
+  return ways;
+}
+
+std::vector<Eigen::Vector3d> BandGrid::outline() {
+  if (is_empty_) return {};
+  const std::vector<float>& f = values();
+  const auto is_inside = [&](std::size_t number) { return f[number] < 0; };
+  const std::vector<bool> counts = map_.has_portals() ? std::vector<bool>(f.size(), true)
+                                                      : large_bodies(grid_.points, is_inside);
+  const auto row = static_cast<std::size_t>(grid_.points[0]);
+  const std::array strides{std::size_t{1}, row, row * static_cast<std::size_t>(grid_.points[1])};
+  std::vector<Eigen::Vector3d> points;
+  surface::for_points(grid_.points, [&](std::size_t number, const Eigen::Vector3i& index) {
+    if (!is_inside(number) || !counts[number]) return;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      for (const int sign : {-1, 1}) {
+        const int next = index[axis] + sign;
+        Eigen::Vector3d point = grid_.point(index);
+        if (next >= 0 && next < grid_.points[axis]) {
+          const std::size_t stride = strides.at(static_cast<std::size_t>(axis));
+          const std::size_t other = sign > 0 ? number + stride : number - stride;
+          if (is_inside(other)) continue;
+          point[axis] += sign * grid_.step * double{f[number] / (f[number] - f[other])};
+        }
+        // The grid may reach beyond the part that is seen by less than a cell.
+        points.push_back(point.cwiseMax(bounds_.low).cwiseMin(bounds_.high));
+      }
+    }
+  });
+  return extremes(points);
 }
 
 double BandGrid::near() const { return 0.25 * grid_.step; }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "canvas/cairo_canvas.hpp"
-#include "map/portals.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/shape.hpp"
@@ -137,12 +137,15 @@ Image comparison(const Device& device, const Map& map, const TriangleMesh& mesh,
   if (!framed.frame.box) framed.frame.box = mesh.box();
   PictureOptions standing = options;
   if (!standing.camera.up) standing.camera.up = map.frame.up.value_or(kDefaultUp);
+  Studio studio(device, framed, standing, monitor.stop);
+  const std::vector<Eigen::Vector3d> of_mesh =
+      options.box ? std::vector<Eigen::Vector3d>{} : mesh.vertices;
+  standing.camera = studio.aimed(std::span(&standing.camera, 1), of_mesh).front();
   PictureOptions potential = standing;
   potential.iterations = 1;
-  const Box frame = options.box.value_or(*map::box_with_copies(framed));
-  const Image original = render_mesh(device, mesh, frame, standing, monitor);
+  const Image original = render_mesh(device, mesh, mesh.box(), standing, monitor);
   const Image fitted = render(device, framed, potential, monitor);
-  const auto [set, seen] = layered_render(device, framed, standing, monitor);
+  const auto [set, seen] = studio.layered_picture(standing.camera, monitor);
   const std::vector<double> distances =
       distances_of(outer_surface(device, mesh, monitor.stop).distance, seen, monitor.stop);
   const double diagonal = mesh.box().diagonal();

@@ -42,6 +42,16 @@ class DepthSource {
   /// What orbits are looked up in: the tables that were made last.
   virtual LookupReport lookups() const { return {}; }
 
+  /// Points that reach about as far in every direction as what is framed, in the view's
+  /// coordinates; none where nothing is found.
+  virtual std::vector<Eigen::Vector3d> outline() = 0;
+
+  /// How far points lie below the surface of {F₁ < L}, at least, in the view's coordinates; empty
+  /// where there is no inside.
+  virtual std::vector<float> ways_inside(const std::vector<Eigen::Vector3d>& /*points*/) {
+    return {};
+  }
+
   /// A box that holds the shape, in the view's coordinates.
   virtual Box bounds() const = 0;
 };
@@ -62,12 +72,15 @@ struct MarchedSet {
   /// Cells along the longest side of the finer grid that shows what pieces hang on: about as many
   /// as a surface has.
   int finest_cells = 256;
+  std::optional<Box> framed{};  ///< map units: what the outline is of; by default all
 };
 
 /// A map's iterated set, in map coordinates, ray-marched on the device.
 std::unique_ptr<DepthSource> march_source(const Device& device, const MarchedSet& set);
 
 /// A mesh, as `to_scene` takes it, rasterised on the host.
-std::unique_ptr<DepthSource> mesh_source(TriangleMesh mesh, const ShapeToMap& to_scene = {});
+/// @param framed the outline is of what lies in it, in the mesh's coordinates; by default all.
+std::unique_ptr<DepthSource> mesh_source(TriangleMesh mesh, const ShapeToMap& to_scene = {},
+                                         const std::optional<Box>& framed = {});
 
 }  // namespace qjulia::picture

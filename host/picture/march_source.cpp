@@ -186,6 +186,20 @@ class MarchSource : public DepthSource {
     return orbit_traits(map_, points, widths, set_.iterations, set_.material, set_.stop);
   }
 
+  std::vector<Eigen::Vector3d> outline() override {
+    const auto is_same = [](const Box& a, const Box& b) {
+      return a.low == b.low && a.high == b.high;
+    };
+    if (!set_.part || (set_.framed && is_same(*set_.part, *set_.framed))) return grid_.outline();
+    MarchedSet whole = set_;
+    whole.part = set_.framed;
+    return BandGrid(map_.device(), whole, band_).outline();
+  }
+
+  std::vector<float> ways_inside(const std::vector<Eigen::Vector3d>& points) override {
+    return grid_.ways_inside(points);
+  }
+
   Box bounds() const override { return grid_.bounds(); }
 
   LoosePieces loose_pieces() const override { return loose_.pieces; }

@@ -2,53 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "picture/depth_source.hpp"
-#include "picture/view.hpp"
+#include <numbers>
 
 namespace qjulia::picture {
-namespace {
-
 using Eigen::Vector3d;
-
-/// Shares of what occurs below the palette's beginning and above its end.
-constexpr double kTail = 0.05;
-/// The set is looked at from six sides, by kRangeSide × kRangeSide rays each. The band's grid need
-/// not be fine for so few.
-constexpr int kRangeSide = 32, kRangeCells = 72;
-/// What points stand for, over the diagonal of the shape's box.
-constexpr double kPointWidth = 1.0 / 500;
-/// A palette is spread over at least this much of the orbits' numbers, 0 … 1, so that it does not
-/// show what differs by chance alone.
-constexpr double kLeastSpread = 0.1;
-
-double percentile(std::vector<float>& values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(
-                                       std::lround(share * static_cast<double>(values.size() - 1)));
-  std::ranges::nth_element(values, at);
-  return double{*at};
-}
-
-/// Where rays from six sides meet the set.
-std::vector<Vector3d> seen_points(DepthSource& source, double width) {
-  std::vector<Vector3d> points;
-  for (const double sign : {-1.0, 1.0}) {
-    for (const Eigen::Index axis : {0, 1, 2}) {
-      View view = parallel_view(sign * Vector3d::Unit(axis), source.bounds(), kRangeSide);
-      view.footprint = std::min(view.footprint, width);
-      view.tolerance = 0.5 * view.footprint;
-      const std::vector<float> depths = source.depths(view, 0, view.rows);
-      for (int i = 0; i < kRangeSide * kRangeSide; ++i) {
-        const double depth = double{depths[static_cast<std::size_t>(i)]};
-        const int column = i % kRangeSide, row = i / kRangeSide;
-        if (depth >= 0) points.push_back(view.at(column + 0.5, row + 0.5, depth));
-      }
-    }
-  }
-  return points;
-}
-
-}  // namespace
 
 std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& coloring,
                                    const std::vector<Vector3d>& points,
@@ -62,36 +19,24 @@ std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& col
   return heights;
 }
 
-MaterialRange material_range(const Device& device, const Map& map, const RangeQuery& query,
-                             const std::stop_token& stop) {
-  const auto source = march_source(device, {.map = map,
-                                            .iterations = query.iterations,
-                                            .escape = query.escape,
-                                            .part = {},
-                                            .precision = query.precision,
-                                            .material = query.coloring.material,
-                                            .stop = stop,
-                                            .interpolates_images = false,
-                                            .cells = kRangeCells});
-  const Box shape =
-      map.frame.box ? map.frame.shape_to_map.to_map(*map.frame.box) : source->bounds();
-  const double width = kPointWidth * shape.diagonal();
-  std::vector<float> traits = material_traits(
-      [&](const auto& points, auto widths) { return source->traits(points, widths); },
-      query.coloring, seen_points(*source, width), std::span(&width, 1));
-  std::erase_if(traits, [](float trait) { return !std::isfinite(trait); });
-  if (traits.empty()) return {};
-  MaterialRange range{percentile(traits, kTail), percentile(traits, 1 - kTail)};
-  const double least = query.coloring.material == Material::height ? 1e-9 : kLeastSpread;
-  if (range.high - range.low < least) {
-    const double middle = 0.5 * (range.low + range.high);
-    range = {middle - 0.5 * least, middle + 0.5 * least};
+double share_of(const MaterialRange& range, double trait) {
+  const auto parts = static_cast<double>(range.between.size() + 1);
+  double low = range.low, part = 0;
+  for (const double value : range.between) {
+    if (trait < value) return std::clamp((part + (trait - low) / (value - low)) / parts, 0.0, 1.0);
+    low = value;
+    ++part;
   }
-  return range;
+  return std::clamp((part + (trait - low) / (range.high - low)) / parts, 0.0, 1.0);
 }
 
-double share_of(const MaterialRange& range, double trait) {
-  return std::clamp((trait - range.low) / (range.high - range.low), 0.0, 1.0);
+double stratum_at(double way_inside) {
+  // Depths at which the first ring ends, and at which half of the way to the core is done.
+  constexpr double kRing = 0.012, kHalf = 0.06;
+  const double depth = std::max(way_inside, 0.0);
+  const double core = depth / (depth + kHalf);
+  const double ring = 0.5 + 0.5 * std::cos(2 * std::numbers::pi * std::log2(1 + depth / kRing));
+  return std::clamp(0.8 - 0.65 * core + 0.35 * (ring - 0.5), 0.0, 1.0);
 }
 
 }  // namespace qjulia::picture

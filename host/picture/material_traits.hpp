@@ -33,19 +33,11 @@ std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& col
                                    const std::vector<Eigen::Vector3d>& points,
                                    std::span<const double> widths);
 
-/// How the whole set is asked for where the palette begins and ends.
-struct RangeQuery {
-  int iterations = 6;
-  std::optional<double> escape{};
-  Precision precision = Precision::single;
-  Coloring coloring{};
-};
-
-/// As `Studio::range` says: the same for all pictures and meshes of a map.
-MaterialRange material_range(const Device& device, const Map& map, const RangeQuery& query,
-                             const std::stop_token& stop);
-
 /// The way through the palette, 0 … 1, to what the material shows.
 double share_of(const MaterialRange& range, double trait);
+
+/// The way through the palette, 0 … 1, on a cut face, so far below the surface, in diagonals of the
+/// shape's box: from its end at the rim inward, with rings that are the wider the deeper they lie.
+double stratum_at(double way_inside);
 
 }  // namespace qjulia::picture

@@ -2,12 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "layout/picture_layout.h"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/framing.hpp"
 #include "qjulia/progress.hpp"
 
 namespace qjulia::picture {
@@ -19,7 +21,8 @@ using Eigen::Vector3d;
 /// is linear in p; with p = eye + s dir + x eye_dx + y eye_dy in a parallel one, (s, x, y) is.
 class MeshSource : public DepthSource {
  public:
-  explicit MeshSource(TriangleMesh mesh) : mesh_(std::move(mesh)) {}
+  MeshSource(TriangleMesh mesh, const std::optional<Box>& framed)
+      : mesh_(std::move(mesh)), framed_(framed) {}
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
     const bool parallel = view.dir_dx.isZero(0);
@@ -69,6 +72,17 @@ class MeshSource : public DepthSource {
 
   Box bounds() const override { return mesh_.box(); }
 
+  std::vector<Vector3d> outline() override {
+    if (!framed_) return extremes(mesh_.vertices);
+    const double rounding = 1e-6 * framed_->diagonal();
+    std::vector<Vector3d> within;
+    std::ranges::copy_if(mesh_.vertices, std::back_inserter(within), [&](const Vector3d& p) {
+      return (p.array() > framed_->low.array() - rounding).all() &&
+             (p.array() < framed_->high.array() + rounding).all();
+    });
+    return extremes(within);
+  }
+
  private:
   static constexpr double kFar = 1e300;
 
@@ -117,14 +131,17 @@ class MeshSource : public DepthSource {
   }
 
   TriangleMesh mesh_;
+  std::optional<Box> framed_;
   std::stop_token stop_;
 };
 
 }  // namespace
 
-std::unique_ptr<DepthSource> mesh_source(TriangleMesh mesh, const ShapeToMap& to_scene) {
+std::unique_ptr<DepthSource> mesh_source(TriangleMesh mesh, const ShapeToMap& to_scene,
+                                         const std::optional<Box>& framed) {
   for (Vector3d& vertex : mesh.vertices) vertex = to_scene.to_map(vertex);
-  return std::make_unique<MeshSource>(std::move(mesh));
+  return std::make_unique<MeshSource>(
+      std::move(mesh), framed ? std::optional(to_scene.to_map(*framed)) : std::nullopt);
 }
 
 }  // namespace qjulia::picture

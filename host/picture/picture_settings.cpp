@@ -69,7 +69,7 @@ std::vector<PictureSetting> camera_place_settings() {
       {{.name = "zoom",
         .values = "NUMBER",
         .unit = "",
-        .help = "1 frames the whole shape, 2 half of it",
+        .help = "1 shows the whole set, 2 half of it",
         .more = "",
         .interpolation = Interpolation::logarithmic,
         .controls = {{.name = "zoom",
@@ -91,17 +91,27 @@ std::vector<PictureSetting> camera_frame_settings() {
         .values = "X Y Z",
         .unit = "shape units",
         .help = "The point in the middle of the picture, shape units",
-        .more = "By default it is the middle of what is framed.",
+        .more = "By default it is the middle of frame, or else the point with which the set stands "
+                "in the middle; in a series of pictures, the same for all.",
         .controls = {{.name = "look", .label = "look at", .help = ""}}},
        [](PictureOptions& p) -> std::optional<Eigen::Vector3d>& { return p.camera.look_at; },
+       true},
+      {{.name = "distance",
+        .values = "NUMBER",
+        .unit = "shape units",
+        .help = "How far the eye is from the point in the middle of the picture, shape units",
+        .more =
+            "By default it is so far that the set, were it in the middle, would fill 83 % of the "
+            "picture's tighter side; in a series of pictures, the same for all.",
+        .controls = {{.name = "distance", .label = "distance", .help = ""}}},
+       [](PictureOptions& p) -> std::optional<double>& { return p.camera.distance; },
        true},
       {{.name = "frame",
         .values = "X0 Y0 Z0 X1 Y1 Z1",
         .unit = "shape units",
-        .help =
-            "What fills the picture at zoom 1, shape units, seen from as far as the whole shape "
-            "would be",
-        .more = "By default it is the whole shape."},
+        .help = "What fills the picture at zoom 1, shape units, seen from as far as the whole set "
+                "would be",
+        .more = "By default it is the whole set."},
        [](PictureOptions& p) -> std::optional<Box>& { return p.camera.frame; },
        true},
       {{.name = "field_of_view",

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "picture/depth_grid.hpp"
+#include "picture/framing.hpp"
 #include "picture/material_traits.hpp"
 #include "picture/shading.hpp"
 #include "qjulia/error.hpp"
@@ -40,6 +42,10 @@ constexpr int kSkyLights = 64, kDraftSkyLights = 16, kDraftFinestCells = 128;
 constexpr double kDraftLamps = 0.5;
 /// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
 constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kDepthGridCost = 3e5;
+/// Rays that tell what a material shows, of all pictures together and of each at least; and the
+/// most pictures that are asked.
+constexpr double kShownRays = 12000, kLeastShownRays = 2000;
+constexpr std::size_t kMostShown = 12;
 constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reaches
 
 /// The lowest point of the shape along `up`.
@@ -53,29 +59,38 @@ double lowest(DepthSource& source, const Vector3d& up, double fineness) {
   return view.eye.dot(up) + nearest;
 }
 
-/// How far through the palette the strip's samples are: none where all is clay. Each stands for a
-/// ball as wide as a pixel.
-std::vector<float> traits_of(const View& view, const Strip& strip, DepthSource& source,
-                             const Coloring& coloring, const MaterialRange& range) {
-  std::vector<Vector3d> points;
-  std::vector<std::size_t> numbers;
-  const int first_row = strip.first_row * strip.samples - strip.halo;
+/// What rows of a view see, point by point.
+struct SeenPoints {
+  std::vector<Vector3d> skin, faces;                    ///< of the set, and of cuts through it
+  std::vector<std::size_t> skin_numbers, face_numbers;  ///< of their depths
+};
+
+/// @param depths of the view's rows from `first_row` on. @param part what cuts leave, if any.
+SeenPoints seen_points(const View& view, int first_row, std::span<const float> depths,
+                       const std::optional<Box>& part) {
+  // Single precision tells depths apart by less than this share of them.
+  constexpr double kRounding = 1e-5;
+  SeenPoints seen;
   const auto wide = static_cast<std::size_t>(view.columns);
-  const double pixel = view.footprint * view.samples;
-  for (std::size_t i = 0; i < strip.depths.size(); ++i) {
-    if (strip.depths[i] < 0) continue;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (depths[i] < 0) continue;
     const int column = static_cast<int>(i % wide), row = first_row + static_cast<int>(i / wide);
-    points.push_back(view.at(column + 0.5, row + 0.5, double{strip.depths[i]}));
-    numbers.push_back(i);
+    const double depth = double{depths[i]};
+    const Vector3d point = view.at(column + 0.5, row + 0.5, depth);
+    const double near = std::max(view.tolerance, kRounding * depth);
+    const bool is_on_face = part && (((point - part->low).array().abs() < near).any() ||
+                                     ((point - part->high).array().abs() < near).any());
+    (is_on_face ? seen.faces : seen.skin).push_back(point);
+    (is_on_face ? seen.face_numbers : seen.skin_numbers).push_back(i);
   }
-  const std::vector<float> found =
-      material_traits([&](const auto& p, auto widths) { return source.traits(p, widths); },
-                      coloring, points, std::span(&pixel, 1));
-  std::vector<float> traits(strip.depths.size());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    traits[numbers[i]] = static_cast<float>(share_of(range, double{found[i]}));
-  }
-  return traits;
+  return seen;
+}
+
+/// What the material shows at points that stand for balls as wide as a pixel.
+std::vector<float> traits_at(DepthSource& source, const Coloring& coloring,
+                             const std::vector<Vector3d>& points, double pixel) {
+  return material_traits([&](const auto& p, auto widths) { return source.traits(p, widths); },
+                         coloring, points, std::span(&pixel, 1));
 }
 
 /// What the strip's pixels show, added to `layers`.
@@ -117,8 +132,9 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
   return static_cast<std::size_t>(std::ranges::count(covered, true));
 }
 
-/// The camera, with what it looks at and frames given in the scene's coordinates.
+/// The camera, with what it looks at and frames, and how far it is, in the scene's coordinates.
 Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
+  if (camera.distance) *camera.distance *= to_scene.scale;
   if (camera.look_at) camera.look_at = to_scene.to_map(*camera.look_at);
   if (camera.frame) camera.frame = to_scene.to_map(*camera.frame);
   return camera;
@@ -187,16 +203,14 @@ void PictureOptions::validate() const {
     throw OptionError("palette", fmt::format("{} colours to go through; give 2 to {}",
                                              palette.stops.size(), Palette::kMostStops));
   }
-  if (range) {
-    base::expect_finite("range", range->low);
-    base::expect_finite("range", range->high);
-    if (!(range->low < range->high)) {
-      throw OptionError("range", "the palette's beginning is not below its end");
-    }
-  }
+  if (range) range->validate();
   map::expect_box(camera.frame, "frame");
   if (camera.look_at) {
     for (const double c : *camera.look_at) base::expect_finite("look_at", c);
+  }
+  if (camera.distance) {
+    base::expect_finite("distance", *camera.distance);
+    if (!(*camera.distance > 0)) throw OptionError("distance", "give more than 0");
   }
   for (const Cut& cut : cuts) {
     base::expect_finite("cut", cut.at);
@@ -242,13 +256,27 @@ struct Studio::Impl {
   UpAxis known_up = kDefaultUp;  ///< where the camera does not say
   std::stop_token stop{};        ///< ends pictures that have no other
   Coloring coloring{};
-  MaterialRange range{};
-  std::optional<UpAxis> up{};  ///< for which sky and ground were made
+  MaterialRange range{};            ///< the last picture's
+  std::optional<Box> part{};        ///< what cuts leave, in the scene
+  std::vector<Vector3d> outline{};  ///< shape units, once it was asked for
+  std::optional<UpAxis> up{};       ///< for which sky and ground were made
   std::vector<Light> sky{};
   double ground = 0;  ///< height along up
   GroundLight ground_light{};
 
   void turn(const Camera& camera);
+  /// The camera with what is up.
+  Camera standing(Camera camera) const;
+  const std::vector<Vector3d>& known_outline();
+  std::vector<Camera> aimed(std::span<const Camera> cameras, std::span<const Vector3d> others);
+  /// @param camera with a place of its own.
+  View view_of(const Camera& camera) const {
+    return camera_view(in_scene(camera, to_scene), framed, options.width, options.height,
+                       options.samples_per_axis);
+  }
+  bool has_material() const { return options.material != Material::clay; }
+  /// What the material shows at about so many points of a view that was prepared.
+  std::vector<float> shown(const View& view, double rays);
   LayeredImage picture(const ProgressMonitor& monitor, bool with_layers);
   /// Depths of the sky's lights, and what they light of the ground.
   void light_sky(Work& work);
@@ -267,6 +295,15 @@ struct Studio::Impl {
             options.background,
             options.palette};
   }
+  /// Where faces of cuts have colours of their own. Heights and factors go on within.
+  std::optional<Box> faces() const {
+    const bool goes_on =
+        options.material == Material::height || options.material == Material::factor;
+    return goes_on ? std::nullopt : part;
+  }
+  /// What colours the strip's samples: where not below 0, how far through the palette they are, and
+  /// else how light their clay is. None where all is plain clay.
+  std::vector<float> traits_of(const View& view, const Strip& strip) const;
   void take_depths(Light& light) const {
     light.depths = source->depths(light.view, 0, light.view.rows);
   }
@@ -290,6 +327,7 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
                                   : static_cast<double>(options.width) * options.height *
                                         options.samples_per_axis * options.samples_per_axis,
                  .keeps_loose = options.keep_loose};
+  if (options.box) set.framed = map.frame.shape_to_map.to_map(*options.box);
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
   if (is_draft) set.finest_cells = kDraftFinestCells;
   auto source = march_source(device, set);
@@ -297,14 +335,9 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
   const UpAxis up = map.frame.up.value_or(kDefaultUp);
   const Coloring coloring{options.material, direction(options.camera.up.value_or(up)),
                           map.frame.shape_to_map};
-  MaterialRange range = options.range.value_or(MaterialRange{});
-  if (!options.range && options.material != Material::clay) {
-    range = material_range(device, map,
-                           {options.iterations, options.escape, options.precision, coloring}, stop);
-  }
   return std::make_unique<Impl>(Impl{device, options, std::move(source), framed,
                                      map.frame.shape_to_map, fineness, is_draft, up, stop, coloring,
-                                     range});
+                                     options.range.value_or(MaterialRange{}), std::move(set.part)});
 }
 
 Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -348,9 +381,10 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
   }
   // As large as maps are, so that both are lit alike.
   const ShapeToMap to_scene{kMapSide / side, -kMapSide / side * framed.center()};
-  impl_ = std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene),
+  impl_ = std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene, framed),
                                       to_scene.to_map(framed), to_scene, fineness_of(options),
                                       /*is_draft=*/false, guess_up(mesh)});
+  impl_->options.material = Material::clay;
 }
 
 Studio::~Studio() = default;
@@ -363,9 +397,112 @@ void Studio::resize(int width, int height) {
 }
 
 void Studio::Impl::turn(const Camera& camera) {
-  options.camera = camera;
-  options.camera.up = camera.up.value_or(known_up);
+  options.camera = standing(camera);
   options.validate();
+}
+
+Camera Studio::Impl::standing(Camera camera) const {
+  camera.up = camera.up.value_or(known_up);
+  return camera;
+}
+
+const std::vector<Vector3d>& Studio::Impl::known_outline() {
+  if (!outline.empty()) return outline;
+  for (const Vector3d& point : source->outline()) outline.push_back(to_scene.to_shape(point));
+  if (outline.empty()) {
+    // Nothing to go by but the box.
+    const Eigen::AlignedBox3d box(to_scene.to_shape(framed.low), to_scene.to_shape(framed.high));
+    for (int corner = 0; corner < 8; ++corner) {
+      outline.emplace_back(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+    }
+  }
+  return outline;
+}
+
+std::vector<Camera> Studio::Impl::aimed(std::span<const Camera> cameras,
+                                        std::span<const Vector3d> others) {
+  std::vector<Camera> all;
+  for (const Camera& camera : cameras) all.push_back(standing(camera));
+  const bool are_placed = std::ranges::all_of(
+      all, [](const Camera& camera) { return camera.look_at && camera.distance; });
+  if (are_placed) return all;
+  std::vector<Vector3d> points = known_outline();
+  points.insert(points.end(), others.begin(), others.end());
+  return picture::aimed(all, points, static_cast<double>(options.width) / options.height);
+}
+
+std::vector<float> Studio::Impl::shown(const View& view, double rays) {
+  // The same rays, but few. What they show is as fine as the picture's pixels.
+  View few = view;
+  const double pixels = static_cast<double>(view.columns) * view.rows / rays;
+  few.samples = std::clamp(static_cast<int>(std::lround(std::sqrt(pixels))), 1,
+                           std::min(view.columns, view.rows));
+  few = few.coarse();
+  few.footprint = view.footprint * view.samples;
+  few.tolerance = view.tolerance;
+  // What rays of the view itself are looked up in is made first, and serves these: with the range
+  // given, the picture is the same bit for bit.
+  source->depths(view, 0, 1);
+  const std::vector<float> depths = source->depths(few, 0, few.rows);
+  return traits_at(*source, coloring, seen_points(few, 0, depths, faces()).skin, few.footprint);
+}
+
+std::vector<Vector3d> Studio::outline() { return impl_->known_outline(); }
+
+std::vector<Camera> Studio::aimed(std::span<const Camera> cameras,
+                                  std::span<const Vector3d> others) {
+  PictureOptions options = impl_->options;
+  for (const Camera& camera : cameras) {
+    options.camera = camera;
+    options.validate();
+  }
+  for (const Vector3d& point : others) {
+    if (!point.allFinite()) throw InputError("a point that is to be seen is not finite");
+  }
+  return impl_->aimed(cameras, others);
+}
+
+std::vector<float> Studio::shown(std::span<const Camera> cameras) {
+  if (!impl_->has_material()) return {};
+  const std::vector<Camera> placed = aimed(cameras);
+  std::vector<float> all;
+  // So many of them, evenly among them, stand for all.
+  const std::size_t step = (placed.size() + kMostShown - 1) / kMostShown;
+  const double count = std::ceil(static_cast<double>(placed.size()) / static_cast<double>(step));
+  for (std::size_t i = 0; i < placed.size(); i += step) {
+    const View view = impl_->view_of(placed[i]);
+    impl_->source->prepare(view);
+    const std::vector<float> seen =
+        impl_->shown(view, std::max(kShownRays / count, kLeastShownRays));
+    all.insert(all.end(), seen.begin(), seen.end());
+  }
+  return all;
+}
+
+void Studio::set_range(const std::optional<MaterialRange>& range) {
+  if (range) range->validate();
+  if (impl_->has_material()) impl_->options.range = range;
+}
+
+std::vector<float> Studio::Impl::traits_of(const View& view, const Strip& strip) const {
+  constexpr float kPlainClay = -1;
+  if (!has_material() && !faces()) return {};
+  const int first_row = strip.first_row * strip.samples - strip.halo;
+  const SeenPoints seen = seen_points(view, first_row, strip.depths, faces());
+  std::vector<float> traits(strip.depths.size(), kPlainClay);
+  if (has_material()) {
+    const std::vector<float> found =
+        traits_at(*source, coloring, seen.skin, view.footprint * view.samples);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      traits[seen.skin_numbers[i]] = static_cast<float>(share_of(range, double{found[i]}));
+    }
+  }
+  const std::vector<float> ways = source->ways_inside(seen.faces);
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    const auto stratum = static_cast<float>(stratum_at(double{ways[i]} / framed.diagonal()));
+    traits[seen.face_numbers[i]] = has_material() ? stratum : -std::lerp(0.3F, 1.1F, stratum);
+  }
+  return traits;
 }
 
 Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor) {
@@ -404,9 +541,7 @@ void Studio::Impl::draw(const View& view, const Shading& shading, bool with_laye
       const TraceStage stage(work.monitor.trace, "rays");
       strip.depths = source->depths(view, from, to - from);
     }
-    if (options.material != Material::clay) {
-      strip.traits = traits_of(view, strip, *source, coloring, range);
-    }
+    strip.traits = traits_of(view, strip);
     throw_if_stopped(work.monitor.stop);
     const TraceStage stage(work.monitor.trace, "shade");
     const Shaded shaded = shading.shade(view, strip, with_layers);
@@ -421,10 +556,10 @@ void Studio::Impl::draw(const View& view, const Shading& shading, bool with_laye
 }
 
 LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_layers) {
-  const Camera& camera = options.camera;
   source->stop_with(monitor.stop.stop_possible() ? monitor.stop : stop);
-  const View view = camera_view(in_scene(camera, to_scene), framed, options.width, options.height,
-                                options.samples_per_axis);
+  options.camera = aimed(std::span(&options.camera, 1), {}).front();
+  const Camera& camera = options.camera;
+  const View view = view_of(camera);
   LampLights with =
       lamps(camera, options.lamp, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
   const bool is_first = up != camera.up;
@@ -456,6 +591,9 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
     take_depths(with.rim);
   }
   work.did(cost(with.key.view) + cost(with.rim.view));
+  if (has_material()) {
+    range = options.range ? *options.range : range_over(shown(view, kShownRays), options.material);
+  }
   std::vector<Light> lights{with.key};
   lights.insert(lights.end(), sky.begin(), sky.end());
   lights.push_back(with.rim);

@@ -45,8 +45,10 @@ struct Strip {
   int first_row = 0;  ///< pixels
   int rows = 0;
   int samples = 1;
-  int halo = 0;                 ///< rows of samples that `depths` holds above first_row
-  std::vector<float> traits{};  ///< one for each depth, 0 … 1; empty: all are clay
+  int halo = 0;  ///< rows of samples that `depths` holds above first_row
+  /// One for each depth: the way through the palette, 0 … 1; or below 0, how light its clay is.
+  /// Empty: all are plain clay.
+  std::vector<float> traits{};
   std::vector<float> depths{};  ///< whole rows of samples, from first_row · samples − halo on
 };
 

@@ -11,6 +11,7 @@
 #include "picture/orbit_traits.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/picture.hpp"
 
 namespace qjulia {
 
@@ -94,20 +95,16 @@ SurfaceColors surface_colors(const Device& device, const Map& map, const Triangl
   const TraceStage stage(monitor.trace, "colour the surface");
   const Coloring coloring{options.material, direction(map.frame.up.value_or(kDefaultUp)),
                           map.frame.shape_to_map};
-  found.range =
-      options.range
-          ? *options.range
-          : material_range(device, map,
-                           {options.iterations, options.escape, options.precision, coloring},
-                           monitor.stop);
   const map::DeviceMap device_map(
       device, map, find_stop_radii(device, map, options.escape, monitor.stop), options.precision);
   const OrbitsTell orbits = [&](const auto& points, auto widths) {
     return orbit_traits(device_map, points, widths, options.iterations, options.material,
                         monitor.stop);
   };
+  const std::vector<float> traits = vertex_traits(orbits, coloring, mesh, monitor);
+  found.range = options.range ? *options.range : range_over(traits, options.material);
   found.colors.reserve(mesh.vertices.size());
-  for (const float trait : vertex_traits(orbits, coloring, mesh, monitor)) {
+  for (const float trait : traits) {
     found.colors.push_back(color_at(options.palette, share_of(found.range, double{trait})));
   }
   return found;

@@ -99,7 +99,9 @@ View camera_view(const Camera& camera, const Box& framed, int width, int height,
   const CameraAxes axes = camera_axes(camera);
   const double tan_y = std::tan(0.5 * camera.field_of_view * kDegree);
   const double tan_x = tan_y * columns / rows;
-  const double distance = framing_distance(camera, framed, kFill * tan_x, kFill * tan_y);
+  const double distance = camera.distance
+                              ? *camera.distance
+                              : framing_distance(camera, framed, kFill * tan_x, kFill * tan_y);
   const double narrowed =
       camera.frame ? narrowing(camera, *camera.frame, distance, kFill * tan_x, kFill * tan_y) : 1;
   const double pixel = 2 * tan_y / rows / (narrowed * camera.zoom);

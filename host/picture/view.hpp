@@ -46,11 +46,11 @@ struct CameraAxes {
 /// along −z.
 CameraAxes camera_axes(const Camera& camera);
 
-/// The camera's view of a box: the upright elliptic cylinder in it, and a shell around, is framed
-/// with a margin, at the same distance from every azimuth, so that a turntable keeps its size;
-/// where the camera has a frame of its own, the view is narrowed to it. The camera looks at its
-/// `look_at`, else at the middle of what is framed; both are in the box's coordinates. The
-/// view's pixels are the picture's samples, `samples` × `samples` a pixel.
+/// The camera's view from its distance. Where it has none, a box is framed: the upright elliptic
+/// cylinder in it, and a shell around, with a margin, from the same distance at every azimuth.
+/// Where the camera has a frame of its own, the view is narrowed to that one's cylinder. The camera
+/// looks at its `look_at`, else at the middle of what is framed; all are in the box's coordinates.
+/// The view's pixels are the picture's samples, `samples` × `samples` a pixel.
 View camera_view(const Camera& camera, const Box& framed, int width, int height, int samples);
 
 /// Parallel rays along −`towards` over the box, `size` × `size`.

@@ -37,15 +37,19 @@ struct Image {
 struct Camera {
   double azimuth = 30;        ///< degrees about the up axis
   double elevation = 15;      ///< degrees above the horizon
-  double zoom = 1;            ///< 1 frames the whole shape
+  double zoom = 1;            ///< 1 shows the whole set, 2 half of it
   double field_of_view = 30;  ///< degrees, vertical
   /// How the shape stands. By default as the map says, else `kDefaultUp`; a mesh as `guess_up`
   /// says.
   std::optional<UpAxis> up{};
-  /// Shape units: the point in the middle of the picture. By default the middle of what is framed.
+  /// Shape units: the point in the middle of the picture. By default the middle of `frame`, else
+  /// the one with which the set stands in the middle.
   std::optional<Eigen::Vector3d> look_at{};
-  /// Shape units: what fills the picture, seen from as far as the whole shape would be. By default
-  /// the whole shape.
+  /// Shape units: from the eye to that point. By default so far that the set, were it in the
+  /// middle, would fill 83 % of the picture's tighter side at zoom 1.
+  std::optional<double> distance{};
+  /// Shape units: what fills the picture at zoom 1, seen from as far as the whole set would be. By
+  /// default the whole set.
   std::optional<Box> frame{};
 };
 
@@ -67,9 +71,16 @@ enum class Material {
   factor,
 };
 
-/// The values of a material at which the palette begins and ends.
+/// The values of a material that the palette goes through.
 struct MaterialRange {
-  double low = 0, high = 1;
+  static constexpr std::size_t kMostValues = 64;
+  double low = 0, high = 1;  ///< where it begins and ends
+  /// Rising values between these, at which an equal share of the palette lies behind each: one
+  /// value stands at its middle, three at its quarters. Without any it is spread evenly.
+  std::vector<double> between{};
+
+  std::vector<double> values() const;  ///< all of them, rising
+  void validate() const;               ///< @throws OptionError naming `range`
   friend bool operator==(const MaterialRange&, const MaterialRange&) = default;
 };
 
@@ -98,12 +109,12 @@ struct PictureOptions {
       Precision::single;  ///< arithmetic of rays and orbits; double where the device has it
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.
   std::optional<Box> box;
-  std::vector<Cut> cuts;  ///< for maps; what is framed stays
+  std::vector<Cut> cuts;  ///< for maps; what is framed stays as it was
   Camera camera;
   Lamp lamp;
   Material material = Material::clay;  ///< for maps; meshes are always of clay
   Palette palette;
-  /// By default as `Studio::range` finds it.
+  /// By default spread over what a picture shows, by `range_over`.
   std::optional<MaterialRange> range;
   Backdrop backdrop = Backdrop::studio;
   Rgb background = Rgb::Ones();  ///< a plain backdrop's
@@ -156,8 +167,7 @@ class Studio {
   /// InputError naming the option or what is wrong with the map.
   Studio(const Device& device, const Map& map, const PictureOptions& options,
          const std::stop_token& stop = {});
-  /// @param framed what the camera frames, in the mesh's
-  /// coordinates, such as the map's box.
+  /// @param framed the camera frames what of the mesh lies in it, in the mesh's coordinates.
   Studio(const Device& device, const TriangleMesh& mesh, const Box& framed,
          const PictureOptions& options);
   /// A studio of drafts, for pictures of some 160 x 120 pixels while something moves: light is as
@@ -175,13 +185,31 @@ class Studio {
   /// The same picture, with what its pixels show.
   LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
 
-  /// Where the palette begins and ends: as the options say, or else from the 5th to the 95th
-  /// percentile of what the material shows on the whole set, seen from six sides at a 500th of the
-  /// diagonal of the shape's box, and at least 0.1 apart for materials that go from 0 to 1. It does
-  /// not depend on the camera, cut or size. To keep the colours of a film whose pictures have
-  /// studios of their own, give the first one's range to the others. 0 to 1 for clay and for
-  /// meshes.
+  /// Points that reach about as far in every direction as the set or mesh that is framed, shape
+  /// units: without what is cut away by `box`, and without pieces that hang on nothing and are less
+  /// than a hundredth as large as the largest body.
+  std::vector<Eigen::Vector3d> outline();
+
+  /// The cameras of a film: where they have no point to look at, or no distance, they get the same,
+  /// with which the set is whole in every picture, as large as that allows and in the middle.
+  /// Cameras whose fields of view differ get different distances. A camera alone gets what its
+  /// picture would be drawn with.
+  /// @param others more points that are to be seen, such as outlines of other studios, shape units.
+  std::vector<Camera> aimed(std::span<const Camera> cameras,
+                            std::span<const Eigen::Vector3d> others = {});
+
+  /// What the material shows at some points that these cameras see, evenly over their pictures.
+  /// Faces of cuts are left out. None for clay and meshes.
+  std::vector<float> shown(std::span<const Camera> cameras);
+
+  /// The values that the palette of the last picture goes through: as the options say, or
+  /// `set_range` did, else spread over what that picture shows. 0 to 1 for clay and for meshes, and
+  /// before the first picture.
   MaterialRange range() const;
+
+  /// Pictures have this range from now on, so that colours stay the same through a film; without
+  /// one, each is spread over what it shows. For clay and meshes nothing changes.
+  void set_range(const std::optional<MaterialRange>& range);
 
   /// What orbits are looked up in: the tables that were made last.
   LookupReport lookups() const;
@@ -191,6 +219,11 @@ class Studio {
   explicit Studio(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// The range with which each part of a palette is seen about as much as any other, without the
+/// rarest values. Parts are the narrower spread the less values differ: noise stays noise.
+/// @param values of the material, as `Studio::shown` gives them. 0 to 1 where there are none.
+MaterialRange range_over(std::vector<float> values, Material material);
 
 /// A picture of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
 /// lowest point. The same options, map and device give the same bytes.
@@ -202,7 +235,7 @@ LayeredImage layered_render(const Device& device, const Map& map, const PictureO
                             const ProgressMonitor& monitor = {});
 
 /// The same view, light and material for a mesh, for comparison.
-/// @param framed what the camera frames, in the mesh's coordinates, such as the map's box.
+/// @param framed the camera frames what of the mesh lies in it, in the mesh's coordinates.
 Image render_mesh(const Device& device, const TriangleMesh& mesh, const Box& framed,
                   const PictureOptions& options, const ProgressMonitor& monitor = {});
 

@@ -15,6 +15,7 @@ namespace qjulia {
 struct PictureSetting : Setting {
   /// Where its value stands; the type is the value's.
   std::variant<double& (*)(PictureOptions&), int& (*)(PictureOptions&),
+               std::optional<double>& (*)(PictureOptions&),
                std::optional<Eigen::Vector3d>& (*)(PictureOptions&),
                std::optional<Box>& (*)(PictureOptions&), Material& (*)(PictureOptions&),
                Palette& (*)(PictureOptions&), Lamp& (*)(PictureOptions&),

@@ -34,7 +34,7 @@ struct SurfaceColors {
 /// The colours of pictures of the map, at vertices. As the colour of a pixel is that of a ball as
 /// wide as the pixel, the colour of a vertex is that of a ball whose diameter is the mean length of
 /// the edges at the vertex. The up axis, for heights, is the map's, else `kDefaultUp`. The cost is
-/// that of four orbits a vertex, and of a small picture where no range is given.
+/// that of four orbits a vertex.
 /// @param mesh of the map's set, shape units.
 /// @throws InputError naming the option or what is wrong with the map or the mesh; Interrupted.
 SurfaceColors surface_colors(const Device& device, const Map& map, const TriangleMesh& mesh,

@@ -548,8 +548,9 @@ size : (int, int), optional
     Width and height in pixels. They are 1280 and 960.
 {_described(_core.picture_settings())}
 range : sequence of float, optional
-    The values of the material at which the palette begins and ends. By default, the 5th and the
-    95th percentile of the values on the whole set.
+    The values of the material at which the palette begins and ends, and in between any at which
+    an equal share of it lies behind each. By default, the palette is spread so that each part of
+    it is seen about as much as any other.
 background : str, optional
     "studio", "transparent", or a colour such as "#ff8000" or "white".
 ground : bool, optional
@@ -569,7 +570,7 @@ precision : {{"single", "double"}}, optional
 layers : bool, optional
     Whether what the pixels show is wanted, too.
 framed : array, (2, 3), or Map, optional
-    What the camera frames of a mesh. Without it, the mesh's box.
+    What the camera frames of a mesh: what lies in this box. Without it, all of it.
 device : Device or str, optional
 on_progress : callable, optional
     See `fit`.

@@ -137,8 +137,11 @@ void read(const py::handle& given, const std::string& name, Lamp& value) {
 }
 
 void read(const py::handle& given, const std::string& name, MaterialRange& value) {
-  const auto v = numbers(given, name, 2, "LOW HIGH");
-  value = {v[0], v[1]};
+  const auto length =
+      py::isinstance<py::sequence>(given) || py::isinstance<py::array>(given) ? py::len(given) : 0;
+  const std::vector<double> v =
+      numbers(given, name, std::max<std::size_t>(length, 2), "rising from LOW to HIGH");
+  value = {v.front(), v.back(), {v.begin() + 1, v.end() - 1}};
 }
 
 void read(const py::handle& given, const std::string& name, Material& value) {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <utility>
@@ -633,7 +634,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
       options.box = box;
       static_cast<void>(to_json(compare(on_device(), map, mesh, options).front()));
     });
-    PictureOptions pictures[9];
+    PictureOptions pictures[11];
     pictures[0].box = box;
     pictures[1].camera.azimuth = x;
     pictures[2].camera.elevation = pictures[2].camera.zoom = x;
@@ -644,6 +645,9 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     pictures[7].cuts = {{'z', x, false}, {'?', x, true}};
     pictures[8].material = Material::trap;
     pictures[8].range = {x, -x};
+    pictures[9].camera.distance = x;
+    pictures[10].material = Material::trap;
+    pictures[10].range = {0, 1, {x, -x}};
     for (PictureOptions options : pictures) {
       options.width = options.height = 8;
       options.iterations = 2;
@@ -652,6 +656,18 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
         Studio::of_drafts(on_device(), map, options).layered_picture(options.camera);
       });
     }
+    survives("aimed, shown and set_range", [&] {
+      PictureOptions options = small_picture();
+      options.material = Material::trap;
+      Studio studio(on_device(), map, options);
+      options.camera.azimuth = x;
+      const std::vector others{v};
+      studio.aimed(std::span(&options.camera, 1), others);
+      const std::vector<float> seen = studio.shown(std::span(&options.camera, 1));
+      studio.set_range(range_over(seen, Material::trap));
+      range_over({static_cast<float>(x), 0.5F}, Material::height).validate();
+      studio.set_range(MaterialRange{x, 1});
+    });
     survives("render_mesh", [&] { render_mesh(on_device(), mesh, box, small_picture()); });
     survives("painted", [&] {
       PaintOptions options;

@@ -2,10 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <span>
 
 #include "armed_ball.hpp"
 #include "ball_view.hpp"
@@ -31,6 +33,8 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   PictureOptions options = test::picture_of(320, 240);
   options.iterations = iterations;
   options.samples_per_axis = 1;
+  options.camera.look_at = map.frame.box->center();
+  options.camera.distance = 12;
   const Image image = render(test::with_width(width), map, options);
 
   // The rays that meet the ball fill a cone of half angle α about the direction of its centre, at
@@ -205,14 +209,20 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
       GENERATE(table<int, int, int>({{40, 30, 1}, {40, 30, 2}, {100, 80, 8}}));
   PictureOptions options = test::picture_of(width, height);
   options.samples_per_axis = samples;
+  options.camera.look_at = Vector3d(0, -0.5, 0);
+  options.camera.distance = 2.5;
   const auto [image, layers] = layered_render(test::shared_device(), map, options);
   if (samples < 8) CHECK(image.pixels == render(test::shared_device(), map, options).pixels);
   REQUIRE(layers.depth.size() ==
           static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   REQUIRE(layers.normal.size() == 3 * layers.depth.size());
   REQUIRE(layers.position.size() == 3 * layers.depth.size());
+  // In map coordinates.
+  Camera camera = options.camera;
+  camera.look_at = Vector3d::Zero();
+  *camera.distance *= 2;
   const picture::View view =
-      picture::camera_view(options.camera, *check::unit_ball().frame.box, width, height, 1);
+      picture::camera_view(camera, *check::unit_ball().frame.box, width, height, 1);
   const Vector3d eye = (view.eye - Vector3d(0, 1, 0)) / 2;
   int hits = 0, wrong = 0;
   for (std::size_t i = 0; i < layers.depth.size(); ++i) {
@@ -309,6 +319,16 @@ TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {
   CHECK(render(device, check::unit_ball(), test::picture_of(1, 1)).pixels.size() == 3);
 }
 
+namespace {
+
+/// From as far as the map's box is framed where nothing else is known, shape units.
+double framing_distance(const Map& map) {
+  const picture::View view = picture::camera_view({}, *map.frame.box, 96, 72, 1);
+  return (view.eye - map.frame.box->center()).norm();
+}
+
+}  // namespace
+
 TEST_CASE("shading gives the stored pictures") {
   const Device device = test::shared_device();
   const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
@@ -320,8 +340,12 @@ TEST_CASE("shading gives the stored pictures") {
     CHECK(test::mean_difference(image, test::read_png(path)) <= 1);
   };
   PictureOptions options = test::picture_of(96, 72);
-  options.camera.zoom = 2.5;  // little but the body
+  // As the box of the map is framed, with little but the body.
+  options.camera.look_at = map.frame.box->center();
+  options.camera.distance = framing_distance(map);
+  options.camera.zoom = 2.5;
   options.keep_loose = true;
+  options.range = MaterialRange{0, 1};
   std::vector<Image> images;
   for (const Material material : {Material::clay, Material::iterations, Material::trap}) {
     options.material = material;
@@ -503,24 +527,90 @@ TEST_CASE("materials have no grain, however near or far") {
   CHECK(test::mean_difference(image, render(device, map, options)) < 3);
 }
 
-TEST_CASE("a palette's range stays through a turntable, and can be given") {
+TEST_CASE("a palette is spread over what a picture shows, or over a film, or as is given") {
   const Device device = test::shared_device();
   const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
-  PictureOptions options = test::picture_of(24, 18);
+  PictureOptions options = test::picture_of(48, 36);
   options.material = Material::height;
   Studio studio(device, map, options);
+  const Image whole = studio.picture(options.camera);
   const MaterialRange range = studio.range();
   CHECK(range.high - range.low > 1);
-  options.camera.azimuth += 90;
-  options.camera.zoom = 8;
-  options.width = 48;
-  options.cuts = {{'x', 50, true}};
-  CHECK(Studio(device, map, options).range() == range);
-  const Image usual = render(device, map, options);
+  Camera near = options.camera;
+  near.zoom = 8;
+  studio.picture(near);
+  CHECK(studio.range().high - studio.range().low < 0.5 * (range.high - range.low));
+  // A range that is given draws the picture again, and stays.
   options.range = range;
-  CHECK(render(device, map, options).pixels == usual.pixels);
+  CHECK(render(device, map, options).pixels == whole.pixels);
+  studio.set_range(range);
+  studio.picture(near);
+  CHECK(studio.range() == range);
   options.range = MaterialRange{range.high, range.high + 1};
-  CHECK(render(device, map, options).pixels != usual.pixels);
+  CHECK(render(device, map, options).pixels != whole.pixels);
+  // Over both pictures.
+  const std::array cameras{options.camera, near};
+  const std::vector<float> shown = studio.shown(cameras);
+  CHECK(shown.size() > 500);
+  const MaterialRange of_film = range_over(shown, options.material);
+  CHECK(of_film.low >= range.low - 0.1);
+  CHECK(of_film.high <= range.high + 0.1);
+}
+
+TEST_CASE("specks that hang on nothing do not move the camera") {
+  const Device device = test::shared_device();
+  // A body, and beside it a ball with 0.4 % of its volume.
+  Map two;
+  two.dynamics.factors = {{{}, 3}, {{2, 0, 0, 0}, 1}};
+  two.frame.box = Box{{-1, -1, -1}, {2.2, 1, 1}};
+  PictureOptions options = test::picture_of(80, 60);
+  options.iterations = 1;
+  options.keep_loose = true;
+  Studio studio(device, two, options);
+  const std::vector<Vector3d> outline = studio.outline();
+  CHECK(outline.size() > 50);
+  for (const Vector3d& point : outline) CHECK(point.x() < 1.3);
+  const Camera camera = studio.aimed(std::span(&options.camera, 1)).front();
+  CHECK(std::abs(camera.look_at->x()) < 0.2);
+  // Where the camera is told, it stands there.
+  CHECK(studio.picture(camera).pixels == studio.picture(options.camera).pixels);
+  // A part that is asked for is framed, and what is cut away leaves the rest where it is.
+  options.box = Box{{-1, -1, -1}, {0, 1, 1}};
+  Studio part(device, two, options);
+  for (const Vector3d& point : part.outline()) CHECK(point.x() < 1e-6);
+  options.box.reset();
+  options.cuts = {{'x', 0, false}};
+  CHECK(Studio(device, two, options).aimed(std::span(&options.camera, 1)).front().look_at ==
+        camera.look_at);
+}
+
+TEST_CASE("a cut face shows rings in the material's colours, and clay in clay's") {
+  const Device device = test::shared_device();
+  PictureOptions options = test::picture_of(96, 72);
+  options.samples_per_axis = 1;
+  options.camera.azimuth = options.camera.elevation = 0;
+  options.cuts = {{'z', 0, false}};
+  for (const Material material : {Material::clay, Material::groove, Material::iterations}) {
+    CAPTURE(to_string(material));
+    options.material = material;
+    options.palette.stops = {Rgb(0.9, 0.02, 0.02), Rgb(0.02, 0.02, 0.9)};
+    const auto [image, layers] = layered_render(device, check::unit_ball(), options);
+    std::vector<int> red;
+    std::size_t coloured = 0;
+    for (std::size_t i = 0; i < layers.depth.size(); ++i) {
+      const float* x = &layers.position[3 * i];
+      // Within the ball's inner half, which is one face.
+      if (!std::isfinite(layers.depth[i]) || std::hypot(x[0], x[1]) > 0.9F) continue;
+      const std::uint8_t* rgb = &image.pixels[3 * i];
+      CHECK(rgb[0] + rgb[1] + rgb[2] > 40);  // nowhere black
+      red.push_back(rgb[0]);
+      if (std::abs(rgb[0] - rgb[2]) > 60) ++coloured;
+    }
+    REQUIRE(red.size() > 500);
+    const auto [least, most] = std::ranges::minmax(red);
+    CHECK(most - least > 15);
+    if (material != Material::clay) CHECK(coloured > red.size() / 3);
+  }
 }
 
 TEST_CASE("a palette colours clay and materials") {

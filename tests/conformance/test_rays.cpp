@@ -657,7 +657,8 @@ class TraitReference {
       const Images images = iterate(corners);
       const double middle = (level_ - low_) / (high_ - low_);
       const double share = std::clamp((images.f - low_) / (high_ - low_), 0.0, 1.0);
-      if (m == 0) groove = std::lerp(middle, share, resolved(images.risen));
+      const double narrow = std::min(middle, 1 - middle);
+      if (m == 0) groove = std::lerp(middle, share, resolved(narrow * narrow * images.risen));
       open *= std::lerp(0.7, images.openness, told * resolved(images.risen));
       count += open;
       told *= resolved(images.turned);

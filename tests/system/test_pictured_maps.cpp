@@ -128,6 +128,14 @@ TEST_CASE("a picture holds its map, and the command that info says draws it agai
                ContainsSubstring("--lamp -20.5 33.3 1.7") && !ContainsSubstring("--drift"));
     check_drawn_again(armed, picture);
   }
+  SECTION("with a palette that was spread") {
+    words.insert(words.end(), {"--material", "trap", "--cut", "z=60%"});
+    armed.run(words);
+    CHECK_THAT(armed.info(picture).at("command").get<std::string>(),
+               ContainsSubstring("--range-between") && ContainsSubstring("--look-at") &&
+                   ContainsSubstring("--distance"));
+    check_drawn_again(armed, picture);
+  }
   SECTION("with none") {
     armed.run(words);
     check_drawn_again(armed, picture);

@@ -1,7 +1,10 @@
 /// What `render` and `compare` draw, and what `surface` leaves when it is stopped.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <catch2/catch_all.hpp>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -97,10 +100,59 @@ TEST_CASE("a picture of nothing is drawn with a warning, and a part of nothing i
   const auto result = drawn({});
   CHECK(result.exit_code == 0);
   CHECK_THAT(result.err, !ContainsSubstring("shows nothing"));
-  // The ball is framed as its box is: it is about two thirds as high as the picture.
+  // The ball is 83 % as high as the picture: a disc of 25 pixels across.
   const int covered = json::parse(result.out)["covered_pixels"];
-  CHECK(covered > 270);
-  CHECK(covered < 350);
+  CHECK(covered > 470);
+  CHECK(covered < 570);
+}
+
+TEST_CASE("a sweep of a scale goes by equal ratios, and its pictures share camera and palette") {
+  const Ball ball;
+  const TemporaryFolder folder;
+  const auto swept = [&](const char* sweep, const char* more = "clay") {
+    const auto result =
+        run_command({"render", ball.map, "-o", folder / "sweep.png", "--size", "24x18", "--samples",
+                     "1", "--sweep", sweep, "--material", more, "--device", "cpu", "--json"});
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+    return json::parse(result.out)["made_with"];
+  };
+  const auto values = swept("zoom=1:16:5")["sweep"]["values"].get<std::vector<double>>();
+  REQUIRE(values.size() == 5);
+  for (std::size_t i = 0; i < 5; ++i) CHECK(values[i] == Catch::Approx(std::pow(2, i)));
+  CHECK(swept("elevation=0:80:3")["sweep"]["values"] == json::array({0, 40, 80}));
+  // Drift moves the set from picture to picture; the camera stays.
+  const auto note = [&](int number) {
+    const auto text =
+        run_command({"info", folder / fmt::format("sweep_{:03}.png", number), "--json"});
+    INFO(text.err);
+    return json::parse(text.out)["made_with"]["picture"];
+  };
+  swept("scale=0.7:1.4:3", "trap");
+  const json first = note(1), last = note(3);
+  CHECK(first["look_at"] == last["look_at"]);
+  CHECK(first["distance"] == last["distance"]);
+  CHECK(first["range"] == last["range"]);
+  CHECK(first["range"].size() > 2);
+}
+
+TEST_CASE("a surface whose colours are finer than its mesh is written with a warning") {
+  const Ball ball;
+  const TemporaryFolder folder;
+  const auto colored = [&](const char* material) {
+    return run_command({"surface", ball.map, "-o", folder / "a.glb", "--resolution", "12",
+                        "--material", material, "--palette", "000,fff,000,fff,000,fff,000,fff",
+                        "--device", "cpu"});
+  };
+  const auto fine = colored("trap");
+  INFO(fine.err);
+  CHECK(fine.exit_code == 0);
+  CHECK_THAT(fine.err, ContainsSubstring("finer than the mesh") &&
+                           ContainsSubstring("--resolution higher than 12"));
+  const auto plain = run_command({"surface", ball.map, "-o", folder / "b.glb", "--resolution", "24",
+                                  "--material", "height", "--device", "cpu"});
+  CHECK(plain.exit_code == 0);
+  CHECK_THAT(plain.err, !ContainsSubstring("finer than the mesh"));
 }
 
 TEST_CASE("render takes a background, a palette and no ground, in turntables too") {

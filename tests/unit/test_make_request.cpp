@@ -55,6 +55,8 @@ TEST_CASE("what cannot be used is named, with what to give") {
                       ContainsSubstring("detail: ") && ContainsSubstring("give 0.0001 to 0.1"));
   }
   CHECK(*read_view({{"detail", "0.1"}}).knobs.detail == 0.1);
+  CHECK(read_view({{"steady", "1"}}).is_steady);
+  CHECK(*read_view({{"distance", "3.5"}}).picture.camera.distance == 3.5);
   CHECK_THROWS_WITH(read_view({{"draft", "7"}}), "draft: '7' cannot be used; give 0 or 1");
   CHECK_THROWS_WITH(read_view({{"zoom", "far"}}), "zoom: 'far' cannot be used; give a number");
   CHECK_THROWS_WITH(read_view({{"order-seed", "-1"}}),

@@ -3,17 +3,22 @@
 #include <png.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <catch2/catch_all.hpp>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <numbers>
+#include <span>
 #include <stop_token>
 
 #include "batch/batch.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
+#include "picture/framing.hpp"
+#include "picture/material_traits.hpp"
 #include "png_file.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
@@ -146,6 +151,8 @@ TEST_CASE("options that make no picture are refused by name") {
   refused([](auto& o) { o.palette.clay = {0, 0, -1}; }, "palette");
   refused([](auto& o) { o.range = {1, 1}; }, "range");
   refused([&](auto& o) { o.range = {nan, 1}; }, "range");
+  refused([](auto& o) { o.range = {0, 1, {0.5, 0.4}}; }, "range");
+  refused([](auto& o) { o.camera.distance = 0; }, "distance");
   refused([](auto& o) { o.cuts = {{'w', 0, false}}; }, "cut: ");
   CHECK_NOTHROW(PictureOptions().validate());
 }
@@ -339,6 +346,146 @@ TEST_CASE("a camera looks at the point and the frame that it is given") {
   CHECK((view.eye - camera.frame->center()).norm() == Catch::Approx(far));
   camera.look_at = Vector3d(2, 0, 0.2);  // a corner of the frame
   CHECK(seen(*camera.look_at).norm() < 1e-9);
+}
+
+namespace {
+
+/// Where points are seen in a picture: from 0 at its left and upper edges to 1 at the others.
+struct Extent {
+  Eigen::Vector2d low{1e9, 1e9}, high{-1e9, -1e9};
+
+  double tighter_share() const { return (high - low).maxCoeff(); }
+  /// How far the middle is from the picture's.
+  double off_middle() const { return (0.5 * (low + high).array() - 0.5).abs().maxCoeff(); }
+};
+
+Extent extent_of(const Camera& camera, const std::vector<Vector3d>& points, int width, int height) {
+  const picture::View view = picture::camera_view(camera, {}, width, height, 1);
+  Eigen::Matrix3d columns;
+  columns << view.dir, view.dir_dx, view.dir_dy;
+  Extent extent;
+  for (const Vector3d& point : points) {
+    const Vector3d seen = columns.inverse() * (point - view.eye);
+    REQUIRE(seen[0] > 0);
+    const Eigen::Vector2d at(seen[1] / seen[0] / width, seen[2] / seen[0] / height);
+    extent.low = extent.low.cwiseMin(at);
+    extent.high = extent.high.cwiseMax(at);
+  }
+  return extent;
+}
+
+/// A body with a horn at a corner of its box, and other shapes that are no ellipsoids.
+std::vector<std::vector<Vector3d>> framed_shapes() {
+  std::vector<Vector3d> horned = shapes::sphere(3).vertices, needle, slab, corners;
+  for (int i = 0; i <= 20; ++i)
+    horned.emplace_back(Vector3d(0.5, 0.8, 0.5) + 0.07 * i * Vector3d(1, 1, 0.4));
+  for (const Vector3d& p : shapes::sphere(3).vertices) {
+    needle.emplace_back(0.1 * p.x(), 5 * p.y() + 3, 0.1 * p.z());
+    slab.emplace_back(30 * p.x() - 100, p.y(), 20 * p.z());
+    corners.push_back(p.cwiseSign());
+  }
+  return {horned, needle, slab, corners};
+}
+
+Camera standing_camera(double azimuth, double elevation) {
+  Camera camera;
+  camera.azimuth = azimuth;
+  camera.elevation = elevation;
+  camera.up = UpAxis::y;
+  return camera;
+}
+
+}  // namespace
+
+TEST_CASE("what is framed fills the tighter side and stands in the middle at every aspect") {
+  for (const auto& points : framed_shapes()) {
+    const std::vector<Vector3d> outline = picture::extremes(points);
+    CHECK(outline.size() <= 256);
+    for (const auto& [width, height] :
+         {std::pair{390, 844}, {640, 480}, {1920, 820}, {100, 100}, {480, 640}}) {
+      for (const double elevation : {-30.0, 15.0, 80.0}) {
+        for (const double azimuth : {30.0, 205.0}) {
+          CAPTURE(points.size(), width, height, azimuth, elevation);
+          const Camera camera = standing_camera(azimuth, elevation);
+          const Camera aimed =
+              picture::aimed(std::span(&camera, 1), outline, static_cast<double>(width) / height)
+                  .front();
+          const Extent extent = extent_of(aimed, points, width, height);
+          CHECK(extent.tighter_share() > 0.75);
+          CHECK(extent.tighter_share() < 0.92);
+          CHECK(extent.off_middle() < 0.01);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("the cameras of a film have one place to look at and one distance, and see all") {
+  std::vector<Camera> turntable, films;
+  for (int i = 0; i < 24; ++i) turntable.push_back(standing_camera(15.0 * i, 20));
+  for (int i = 0; i < 9; ++i) films.push_back(standing_camera(40, 10.0 * i));
+  for (const auto& points : framed_shapes()) {
+    for (const auto& cameras : {turntable, films}) {
+      const std::vector<Camera> aimed = picture::aimed(cameras, picture::extremes(points), 4.0 / 3);
+      double fullest = 0;
+      for (const Camera& camera : aimed) {
+        CHECK(*camera.look_at == *aimed.front().look_at);
+        CHECK(*camera.distance == *aimed.front().distance);
+        const Extent extent = extent_of(camera, points, 640, 480);
+        CHECK(extent.low.minCoeff() > 0.03);
+        CHECK(extent.high.maxCoeff() < 0.97);
+        fullest = std::max(fullest, extent.tighter_share());
+      }
+      CHECK(fullest > 0.7);
+    }
+  }
+  // What a camera has of its own stays, and a narrower view stands farther away.
+  Camera placed = standing_camera(10, 20), wide = placed;
+  placed.look_at = Vector3d(1, 2, 3);
+  wide.field_of_view = 60;
+  const auto aimed = picture::aimed(std::vector<Camera>{placed, wide}, framed_shapes().front(), 1);
+  CHECK(*aimed[0].look_at == Vector3d(1, 2, 3));
+  CHECK(*aimed[0].distance > 1.5 * *aimed[1].distance);
+}
+
+TEST_CASE("each part of a palette is seen about as much, whatever values are seen") {
+  // Most at the two ends, as traps are; few in between.
+  std::vector<float> values;
+  for (int i = 0; i < 4000; ++i) {
+    const double u = (i + 0.5) / 4000;
+    values.push_back(static_cast<float>(0.5 - 0.5 * std::cos(std::numbers::pi * std::pow(u, 0.7))));
+  }
+  values.push_back(std::numeric_limits<float>::quiet_NaN());
+  const MaterialRange range = range_over(values, Material::trap);
+  range.validate();
+  std::array<int, 5> seen{};
+  for (int i = 0; i < 4000; ++i) {
+    const double share = picture::share_of(range, double{values[static_cast<std::size_t>(i)]});
+    ++seen.at(static_cast<std::size_t>(std::min(4.0, 5 * share)));
+  }
+  for (const int count : seen) {
+    CHECK(count > 4000 / 5 * 0.7);
+    CHECK(count < 4000 / 5 * 1.4);
+  }
+  // What most points have in common has the middle of the parts that it takes.
+  std::vector<float> alike(1000, 0.3F);
+  for (std::size_t i = 0; i < 250; ++i) alike[i] = 0.3F + 0.002F * static_cast<float>(i);
+  CHECK(picture::share_of(range_over(alike, Material::groove), double{0.3F}) ==
+        Catch::Approx(0.375).margin(0.08));
+  // Lengths and names stay in proportion.
+  CHECK(range_over(values, Material::height).between.empty());
+  CHECK(range_over(values, Material::factor).between.empty());
+  CHECK(range_over({}, Material::trap) == MaterialRange{});
+  const MaterialRange even = range_over({0.25F, 0.25F}, Material::groove);
+  CHECK(even.low < 0.25);
+  CHECK(even.high > 0.25);
+  // Between given values the way through the palette is linear.
+  const MaterialRange bent{0, 1, {0.1, 0.2, 0.6}};
+  CHECK(picture::share_of(bent, 0.05) == Catch::Approx(0.125));
+  CHECK(picture::share_of(bent, 0.2) == Catch::Approx(0.5));
+  CHECK(picture::share_of(bent, 0.8) == Catch::Approx(0.875));
+  CHECK(picture::share_of(bent, -1) == 0);
+  CHECK(picture::share_of(bent, 2) == 1);
 }
 
 TEST_CASE("a rasterised triangle has the depths of its plane, in both kinds of view") {

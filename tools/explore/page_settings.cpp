@@ -31,6 +31,10 @@ std::vector<json> angles_of(const Quaternion& q) {
 Form form_of(double value) { return {"numbers", {value}}; }
 Form form_of(int value) { return {"numbers", {value}}; }
 Form form_of(std::uint64_t value) { return {"seed", {value}}; }
+/// Null where it is not given, and the page finds it.
+Form form_of(const std::optional<double>& value) {
+  return value ? form_of(*value) : Form{"numbers", {nullptr}};
+}
 Form form_of(const Eigen::Vector3d&) { return {"point", {nullptr}}; }
 Form form_of(const Box&) { return {"point", {nullptr}}; }
 Form form_of(const Quaternion& value) { return {"phase", angles_of(value)}; }

@@ -1,7 +1,10 @@
 #include "explore/painter.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
@@ -10,7 +13,7 @@ namespace qjulia::explore {
 
 void Painter::show(Map map) {
   map_ = std::move(map);
-  turned_text_ = "none";
+  turned_text_ = range_text_ = "none";
   studios_.remove_if([](const Kept& kept) { return !kept.is_of_mesh; });
 }
 
@@ -21,6 +24,21 @@ const Map& Painter::turned(const ViewRequest& view) {
   turned_text_ = view.knobs_text;
   return turned_;
 }
+
+namespace {
+
+/// The camera from so far away, and looking at such a point, that the set is whole from every
+/// azimuth: what turns neither grows nor moves.
+Camera steady(Studio& studio, const Camera& camera) {
+  constexpr int kAround = 24;
+  std::vector<Camera> around(kAround, camera);
+  for (int i = 0; i < kAround; ++i) {
+    around[static_cast<std::size_t>(i)].azimuth += 360.0 * i / kAround;
+  }
+  return studio.aimed(around).front();
+}
+
+}  // namespace
 
 Studio Painter::new_studio(const ViewRequest& view, const std::stop_token& stop) {
   PictureOptions options = view.picture;
@@ -47,7 +65,17 @@ Studio& Painter::studio(const ViewRequest& view, const std::stop_token& stop) {
 std::string Painter::picture(const ViewRequest& view, const ProgressMonitor& monitor) {
   Studio& seen = studio(view, monitor.stop);
   seen.resize(view.picture.width, view.picture.height);
-  return png_bytes(seen.picture(view.picture.camera, monitor), {}, Packing::quick);
+  const Camera camera = view.is_steady ? steady(seen, view.picture.camera) : view.picture.camera;
+  // While something moves, colours stay those of the last whole picture.
+  const std::string shows = fmt::format("{}{} {}", view.knobs_text,
+                                        to_string(view.picture.material), view.picture.iterations);
+  seen.set_range(view.is_draft && shows == range_text_ ? std::optional(range_) : std::nullopt);
+  const Image image = seen.picture(camera, monitor);
+  if (!view.is_draft && !view.shows_mesh) {
+    range_text_ = shows;
+    range_ = seen.range();
+  }
+  return png_bytes(image, {}, Packing::quick);
 }
 
 std::string Painter::map_file(const ViewRequest& view) {

@@ -50,6 +50,8 @@ class Painter {
   bool keep_loose_;
   std::string turned_text_ = "none";
   Map turned_;
+  std::string range_text_ = "none";  ///< what the last whole picture showed, and its range
+  MaterialRange range_;
   std::list<Kept> studios_;  ///< the last one used first
 };
 

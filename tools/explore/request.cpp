@@ -199,6 +199,7 @@ const Parts& parts() {
   static const Parts all = [] {
     Parts made{
         {"draft", {Changes::studio, [](auto text, auto& view) { read(text, view.is_draft); }}},
+        {"steady", {Changes::camera, [](auto text, auto& view) { read(text, view.is_steady); }}},
         {"size", {Changes::size, read_size}},
         {"samples", {Changes::studio, read_samples}},
         {"shows", {Changes::studio, read_shows}},

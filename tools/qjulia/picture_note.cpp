@@ -78,6 +78,14 @@ class CommandWords {
   std::vector<std::string> words_;
 };
 
+/// @param range first value to last.
+void add_range(const nlohmann::json& range, CommandWords& command) {
+  command.option("range", nlohmann::json::array({range.front(), range.back()}));
+  std::vector<std::string> between;
+  for (std::size_t i = 1; i + 1 < range.size(); ++i) between.push_back(range.at(i).dump());
+  if (!between.empty()) command.option("range-between", fmt::format("{}", fmt::join(between, ",")));
+}
+
 /// The look and the camera, where they differ from the defaults.
 void add_picture(const nlohmann::json& picture, CommandWords& command) {
   const nlohmann::json usual = to_json(PictureOptions{});
@@ -104,7 +112,7 @@ void add_picture(const nlohmann::json& picture, CommandWords& command) {
   if (differs("ground")) command.flag("no-ground");
   if (differs("keep_loose")) command.flag("keep-loose");
   if (differs("exact")) command.flag("exact");
-  if (picture.contains("range")) command.option("range", picture.at("range"));
+  if (picture.contains("range")) add_range(picture.at("range"), command);
 }
 
 /// The options of the map; its knobs where `has_knobs`.

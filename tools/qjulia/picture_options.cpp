@@ -45,6 +45,9 @@ class SettingOption {
   requires std::is_arithmetic_v<Number> Option operator()(Number& (*value)(PictureOptions&)) const {
     return command_.add(name(), &value(options_), setting_.values, setting_.help);
   }
+  Option operator()(std::optional<double>& (*value)(PictureOptions&)) const {
+    return command_.add(name(), &value(options_), setting_.values, with_default());
+  }
   Option operator()(std::optional<Eigen::Vector3d>& (*value)(PictureOptions&)) const {
     return add_vector(command_, name(), value(options_), with_default());
   }
@@ -119,7 +122,7 @@ Option add_size(Command command, PictureOptions& options) {
 std::vector<Option> add_camera(Command command, PictureOptions& options) {
   std::vector<Option> added;
   for (const char* name :
-       {"azimuth", "elevation", "zoom", "look_at", "frame", "field_of_view", "up"}) {
+       {"azimuth", "elevation", "zoom", "look_at", "distance", "frame", "field_of_view", "up"}) {
     const PictureSetting& setting = picture_setting_named(name);
     added.push_back(std::visit(SettingOption(command, setting, options), setting.value));
   }
@@ -146,14 +149,29 @@ Option add_palette(Command command, std::string& palette, const std::string& des
   return command.add("--palette", &palette, "NAME|COLOURS", description).offers(palette_names());
 }
 
-Option add_range(Command command, std::optional<MaterialRange>& range) {
-  const auto take = [&range](const std::vector<double>& v) { range = {v[0], v[1]}; };
-  return command.numbers(
+std::vector<Option> add_range(Command command, std::optional<MaterialRange>& range) {
+  const auto given = [&range]() -> MaterialRange& { return range ? *range : range.emplace(); };
+  const auto take = [given](const std::vector<double>& v) {
+    given().low = v[0];
+    given().high = v[1];
+  };
+  const Option ends = command.numbers(
       "--range", "LOW HIGH", take,
-      "The values of --material at which the palette begins and ends. Default: the 5th and the "
-      "95th percentile of the values on the whole set, in a series of pictures those of the first. "
-      "The note in a picture holds its range; give it again to keep the colours in other pictures, "
-      "maps and meshes");
+      "The values of --material at which the palette begins and ends. Default: the palette is "
+      "spread so that each part of it is seen about as much as any other, in a series of pictures "
+      "over all of them. The note in a picture holds its range; give it again to keep the colours "
+      "in other pictures, maps and meshes");
+  const Option between = command.word(
+      "--range-between", "A,B,...",
+      [given](const std::string& text) {
+        given().between.clear();
+        for (const std::string& word : base::split(text, ',')) {
+          given().between.push_back(finite_number(word));
+        }
+      },
+      "Values between those of --range, with commas, at which an equal share of the palette lies "
+      "behind each. Default: none with --range, whose palette is spread evenly");
+  return {ends, between};
 }
 
 void add_look(Command command, LookOptions& look, PictureOptions& options) {
@@ -179,7 +197,7 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
       .group(kLookGroup);
   const PictureSetting& lamp = picture_setting_named("lamp");
   std::visit(SettingOption(command, lamp, options), lamp.value).group(kLookGroup);
-  add_range(command, options.range).group(kLookGroup);
+  for (const Option& option : add_range(command, options.range)) option.group(kLookGroup);
 }
 
 PictureOptions with_look(PictureOptions options, const LookOptions& look) {

@@ -13,7 +13,7 @@ namespace qjulia::tools {
 /// --size.
 Option add_size(Command command, PictureOptions& options);
 
-/// --azimuth, --elevation, --zoom, --look-at, --frame, --field-of-view, --up.
+/// --azimuth, --elevation, --zoom, --look-at, --distance, --frame, --field-of-view, --up.
 std::vector<Option> add_camera(Command command, PictureOptions& options);
 
 /// --material.
@@ -22,8 +22,8 @@ Option add_material(Command command, PictureOptions& options);
 /// --material, with a description of your own.
 Option add_material_choice(Command command, Material& material, const std::string& description);
 
-/// --range.
-Option add_range(Command command, std::optional<MaterialRange>& range);
+/// --range and --range-between.
+std::vector<Option> add_range(Command command, std::optional<MaterialRange>& range);
 
 /// --palette, for materials of several colours or of one.
 Option add_palette(Command command, std::string& palette, const std::string& description);
@@ -38,8 +38,8 @@ struct LookOptions {
   bool no_ground = false;
 };
 
-/// --background, --no-ground, --palette, --keep-loose, --lamp and --range. Both must stay where
-/// they are.
+/// --background, --no-ground, --palette, --keep-loose, --lamp, --range and --range-between.
+/// Both must stay where they are.
 void add_look(Command command, LookOptions& look, PictureOptions& options);
 
 /// The picture's options with the look that was given; their material is set before.

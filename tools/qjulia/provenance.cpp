@@ -184,7 +184,7 @@ nlohmann::json to_json(const PictureOptions& options) {
         std::visit([&](const auto place) { return value_json(place(read)); }, setting.value);
   }
   json.erase("iterations");  // the map's options have them
-  if (options.range) json["range"] = {options.range->low, options.range->high};
+  if (options.range) json["range"] = options.range->values();
   if (options.material == Material::clay) {
     json["palette"] = nlohmann::json::array({color_name(options.palette.clay)});
   }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/text.hpp"
@@ -192,10 +193,66 @@ ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all
 
 bool has_range(const PictureOptions& options) { return options.material != Material::clay; }
 
-/// The options, with the range that the palette was spread over.
-PictureOptions with_range(PictureOptions options, const Studio& studio) {
+/// The options, with the camera's place and the range that the palette was spread over.
+PictureOptions as_drawn(PictureOptions options, Studio& studio) {
+  const std::optional<UpAxis> up = options.camera.up;
+  options.camera = studio.aimed(std::span(&options.camera, 1)).front();
+  options.camera.up = up;
   if (has_range(options)) options.range = studio.range();
   return options;
+}
+
+/// The cameras of a sweep.
+std::vector<Camera> cameras_of(const Sweep& sweep, const PictureOptions& options) {
+  std::vector<Camera> cameras;
+  for (const double value : sweep.values) {
+    MapOptions unused;
+    PictureOptions changed = options;
+    if (sweep.is_of_camera()) sweep.set(value, unused, changed);
+    cameras.push_back(changed.camera);
+  }
+  return cameras;
+}
+
+/// What all pictures of a sweep over maps have in common: cameras that see every set whole, and a
+/// palette that is spread over all of them. Both are found by drafts, of so many values at most.
+struct Series {
+  std::vector<Camera> cameras;
+  std::optional<MaterialRange> range;
+};
+
+Series series_of(const RenderArguments& arguments, const PictureOptions& options,
+                 const Sweep& sweep, const Device& device, const Scene& scene, Session& session) {
+  constexpr std::size_t kMostDrafts = 48;
+  const TraceStage stage(session.trace(), "series");
+  Series series{cameras_of(sweep, options), options.range};
+  const bool is_placed = options.camera.look_at && options.camera.distance;
+  const bool needs_range = has_range(options) && !options.range;
+  if (is_placed && !needs_range) return series;
+  const std::size_t drafts = std::min(kMostDrafts, sweep.values.size());
+  std::vector<Eigen::Vector3d> seen;
+  std::vector<float> shown;
+  std::optional<Studio> studio;
+  for (std::size_t i = 0; i < drafts; ++i) {
+    const double done = static_cast<double>(i) / static_cast<double>(drafts);
+    session.monitor().report({"looking at the series", done, -1, {}});
+    MapOptions map_options = arguments.map_options;
+    PictureOptions draft = options;
+    const std::size_t number = drafts == 1 ? 0 : i * (sweep.values.size() - 1) / (drafts - 1);
+    sweep.set(sweep.values[number], map_options, draft);
+    const Scene turned_scene = turned(device, scene, arguments.input, map_options, session);
+    studio = Studio::of_drafts(device, *turned_scene.map, draft, session.interrupts.token());
+    if (!is_placed) {
+      const std::vector<Eigen::Vector3d> outline = studio->outline();
+      seen.insert(seen.end(), outline.begin(), outline.end());
+    }
+    if (!needs_range) continue;
+    const std::vector<float> values = studio->shown(std::span(&draft.camera, 1));
+    shown.insert(shown.end(), values.begin(), values.end());
+  }
+  series.cameras = studio->aimed(series.cameras, seen);
+  if (needs_range) series.range = range_over(std::move(shown), options.material);
+  return series;
 }
 
 /// A picture for each value, numbered, and all of them with captions on one sheet.
@@ -208,7 +265,17 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   std::vector<std::string> files;
   nlohmann::json how;
   std::optional<Studio> studio;
-  std::optional<MaterialRange> range = options.range;
+  Series series;
+  if (sweep.is_of_camera()) {
+    shown = turned(device, scene, arguments.input, arguments.map_options, session);
+    studio = studio_of(device, shown, options, session);
+    series = {studio->aimed(cameras_of(sweep, options)), {}};
+    if (has_range(options) && !options.range) {
+      studio->set_range(range_over(studio->shown(series.cameras), options.material));
+    }
+  } else {
+    series = series_of(arguments, options, sweep, device, scene, session);
+  }
   const int reduction = sheet_reduction(options, sweep.values.size());
   for (const double value : sweep.values) {
     const std::string caption = fmt::format("{} {:.4g}", sweep.name, value);
@@ -217,18 +284,18 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     MapOptions map_options = arguments.map_options;
     PictureOptions frame_options = options;
     sweep.set(value, map_options, frame_options);
-    frame_options.range = range;  // colours stay from picture to picture
-    if (!studio || !sweep.is_of_camera()) {
+    frame_options.camera = series.cameras[frames.size()];
+    if (!sweep.is_of_camera()) {
+      frame_options.range = series.range;
       shown = turned(device, scene, arguments.input, map_options, session);
       studio = studio_of(device, shown, frame_options, session);
     }
-    if (has_range(options)) range = studio->range();
     const Image image = studio->picture(frame_options.camera,
                                         part_monitor(session, frames.size(), sweep.values.size()));
     warn_if_empty(image, arguments.input, frame_options, session);
     if (image.loose.count > 0) session.console.note(left_out_text(image.loose));
     how = made_with(arguments.input, map_options, device.info());
-    how["picture"] = to_json(with_range(frame_options, *studio));
+    how["picture"] = to_json(as_drawn(frame_options, *studio));
     files.push_back(frame_path(arguments.output.path, files.size() + 1).string());
     {
       const TraceStage stage(session.trace(), "write");
@@ -272,7 +339,7 @@ int run_render(const RenderArguments& arguments, Session& session) {
                                : studio.layered_picture(options.camera, session.monitor());
   warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
-  how["picture"] = to_json(with_range(options, studio));
+  how["picture"] = to_json(as_drawn(options, studio));
   const TraceStage stage(session.trace(), "write");
   write_picture(image, arguments.output.path, how, carried_map(scene, arguments));
   std::vector<std::string> layer_files;
@@ -310,7 +377,7 @@ void describe_render(Command command, RenderArguments& a) {
       .input("MAP", a.input,
              "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (" +
                  extension_list(FileContent::mesh, FileUse::read) +
-                 "), drawn in the same view and light for comparison")
+                 "), drawn in the same light for comparison")
       .offers_files(readable({FileContent::map, FileContent::mesh}));
   command
       .output(
@@ -363,14 +430,16 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
   qjulia render bunny.qjulia.json -o bunny.png
   qjulia render bunny.qjulia.json -o ears.png --frame -0.8 0.6 -0.8 0.15 1 0.15
   qjulia render bunny.qjulia.json -o inside.png --cut z=50% --azimuth 0
-  qjulia render bunny.obj -o mesh.png             the mesh in the same view
+  qjulia render bunny.obj -o mesh.png             the mesh in the same light
   qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03
   qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360
   qjulia render bunny.qjulia.json -o turn.png --turntable 36
   qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground
   qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember
   qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
-Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The file holds
+Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The set, without
+loose pieces, stands in the middle and fills 83 % of the tighter side; a sweep or a turntable is
+framed once for all its pictures. The faces of cuts have rings by how deep they lie. The file holds
 the map as it is drawn, with its knobs turned, so that every command that reads maps reads the
 picture too; 'qjulia info' says the command that draws it again, and 'qjulia explore' opens the
 view. Of a series, each picture holds its map, and the contact sheet none. The file's text chunk

@@ -44,7 +44,8 @@ struct SurfaceArguments {
   Material material = Material::clay;  ///< of the vertices' colours; clay: none
   std::string palette = "earth";
   std::optional<MaterialRange> range;
-  std::optional<Option> palette_option, range_option;
+  std::optional<Option> palette_option;
+  std::vector<Option> range_options;
 };
 
 /// What was written.
@@ -54,7 +55,11 @@ struct WrittenSurface {
   std::size_t non_manifold_edges = 0;
   LoosePieces loose;  ///< not written
   PrintReport print;
+  double abrupt_share = 0;  ///< of the edges, in colour
 };
+
+/// Where the share is less, what a picture shows as bands is seen as bands.
+constexpr double kMostAbrupt = 0.1;
 
 bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
 
@@ -89,9 +94,11 @@ void check_colors(const SurfaceArguments& arguments) {
     throw InputError(
         "--palette: a mesh of clay has no colours; give --material iterations or another, too");
   }
-  if (!has_colors(arguments) && arguments.range_option->given()) {
+  for (const Option& option : arguments.range_options) {
+    if (has_colors(arguments) || !option.given()) continue;
     throw InputError(
-        "--range: a mesh of clay has no colours; give --material iterations or another, too");
+        fmt::format("{}: a mesh of clay has no colours; give --material iterations or another, too",
+                    option.name()));
   }
   static_cast<void>(palette_of(arguments.palette, arguments.material));
   SurfaceColorOptions{.range = arguments.range}.validate();
@@ -182,6 +189,24 @@ std::vector<VertexColor> colors_of(const SurfaceArguments& arguments, const Devi
   return surface_colors(device, map, set, wanted, monitor).colors;
 }
 
+/// The share of the edges along which the colour changes by more than a quarter of the way from
+/// black to white: there the colours of vertices show dots where a picture shows a pattern.
+double abrupt_share(const TriangleMesh& mesh) {
+  constexpr int kAbrupt = 64;
+  std::size_t abrupt = 0;
+  for (const Triangle& corners : mesh.triangles) {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const VertexColor& a = mesh.colors[corners[i]];
+      const VertexColor& b = mesh.colors[corners[(i + 1) % corners.size()]];
+      int most = 0;
+      for (std::size_t c = 0; c < a.size(); ++c) most = std::max(most, std::abs(a[c] - b[c]));
+      if (most > kAbrupt) ++abrupt;
+    }
+  }
+  return static_cast<double>(abrupt) /
+         static_cast<double>(std::max<std::size_t>(1, 3 * mesh.triangles.size()));
+}
+
 /// By way of memory: for formats that need their counts first, to choose among components, to
 /// colour and to print.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
@@ -206,6 +231,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   }
   if (has_colors(arguments)) {
     mesh.colors = colors_of(arguments, device, map, options, mesh, written.print.scale, monitor);
+    written.abrupt_share = abrupt_share(mesh);
   }
   if (is_volume(arguments)) {
     if (written.report.open_edges > 0) {
@@ -278,6 +304,13 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   }
   if (!is_upright && arguments.up) {
     stands = fmt::format("\nthe file's {} is up", to_string(*arguments.up));
+  }
+  if (written.abrupt_share > kMostAbrupt) {
+    session.console.warn(fmt::format(
+        "the pattern of --material {} is finer than the mesh: the colour jumps along {:.0f} % of "
+        "the edges, and dots will be seen instead of bands; give a --resolution higher than {}, or "
+        "a --material with a broader pattern",
+        to_string(arguments.material), 100 * written.abrupt_share, options.resolution));
   }
   if (report.trusted_share > 0) {
     session.console.detail(to_text(LookupReport{report.nodes, report.trusted_share, 0}));
@@ -378,7 +411,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
       fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
                   "low to high",
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
-  a.range_option = add_range(command, a.range);
+  a.range_options = add_range(command, a.range);
   add_up(command, a.up,
          "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
          "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "

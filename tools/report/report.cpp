@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/base64.hpp"
 #include "base/output_file.hpp"
@@ -99,7 +100,9 @@ FitReport make_report(const Device& device, const TriangleMesh& mesh, const FitR
   const auto add = [&](const std::string& caption, Image image) {
     report.pictures.push_back({caption, std::move(image)});
   };
-  add("the mesh", render_mesh(device, mesh, mesh.box(), picture, monitor));
+  Studio original(device, mesh, mesh.box(), picture);
+  picture.camera = original.aimed(std::span(&picture.camera, 1)).front();  // one for all
+  add("the mesh", original.picture(picture.camera, monitor));
   picture.iterations = 1;
   add("the potential, n = 1", render(device, result.map, picture, monitor));
   picture.iterations = kIterations;

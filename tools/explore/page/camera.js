@@ -1,4 +1,5 @@
-// The view of host/picture/view.cpp, in map coordinates; rows count upwards here.
+// The view of host/picture/view.cpp, in map coordinates; rows count upwards here. Where the camera has no distance of
+// its own, it stands where it sees a box from every azimuth alike, so that what turns neither grows nor moves.
 import { toMap } from "./map.js";
 import { across, axisOf, inner, plus, times, unit } from "./vectors.js";
 
@@ -39,7 +40,8 @@ function framingDistance(camera, box, tanX, tanY) {
  * @param box what is framed, map coordinates. */
 export function viewOf(camera, m, box, width, height, divisor) {
   const axes = cameraAxes(camera), tanY = Math.tan(0.5 * fieldOfView * radians);
-  const distance = framingDistance(camera, box, fill * tanY * width / height, fill * tanY);
+  const distance = camera.distance === null ? framingDistance(camera, box, fill * tanY * width / height, fill * tanY)
+                                            : camera.distance * m.shape_to_map.scale;
   const pixel = 2 * tanY / (height / divisor) / camera.zoom;
   const middle = camera.look ? toMap(camera.look, m) : times(0.5, plus(box[0], box[1]));
   const dir_dx = times(pixel, axes.right), dir_dy = times(pixel, axes.up);

@@ -1,6 +1,8 @@
 // The command lines that make what the page shows.
-import { darkBackground, root } from "./dom.js";
-import { changed, hasDarkBackdrop, short, state } from "./state.js";
+import { viewOf } from "./camera.js";
+import { canvas, darkBackground, root } from "./dom.js";
+import { shapeBox, toShape, turned } from "./map.js";
+import { changed, hasDarkBackdrop, knobsOf, short, state } from "./state.js";
 
 const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 
@@ -14,12 +16,19 @@ const background = () => hasDarkBackdrop() ? [["background", [darkBackground]]] 
 const commandOf = (name, output, options) =>
   ["qjulia", name, mapWord(), "-o", output, ...options.flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");
 
+/** The options of the picture, with where the camera stands, which the program would choose otherwise. */
+function pictureOptions(width, height) {
+  const m = turned(knobsOf()), view = viewOf(state, m, shapeBox(m), width, height, 1);
+  const rest = changed("picture").filter(([option]) => option !== "look-at" && option !== "distance");
+  return [...rest, ["look-at", toShape(view.middle, m).map(short)], ["distance", [short(view.distance / m.shape_to_map.scale)]]];
+}
+
 export function renderCommand(width, height) {
   const cut = cuts().map(([axis, at]) => `${axis}=${at}%`).join(",");
   // A browser draws all of the set, loose pieces too.
   const drawsAll = root.dataset.renderer === "webgl";
   return commandOf("render", "picture.png", [
-    ["size", [`${width}x${height}`]], ...changed("picture"), ...background(), ...(cut ? [["cut", [cut]]] : []), ...changed("map"),
+    ["size", [`${width}x${height}`]], ...pictureOptions(width, height), ...background(), ...(cut ? [["cut", [cut]]] : []), ...changed("map"),
     ...(drawsAll ? [["keep-loose", []]] : []),
   ]);
 }
@@ -28,6 +37,6 @@ export const surfaceCommand = () => commandOf("surface", "surface.ply", changed(
 
 /** The same as the query of a request to qjulia explore. */
 export function queryOf() {
-  const options = [...changed("picture"), ...background(), ...changed("map"), ...cuts().map(([axis, at]) => [`cut-${axis}`, [at]])];
+  const options = [...pictureOptions(canvas.width, canvas.height), ...background(), ...changed("map"), ...cuts().map(([axis, at]) => [`cut-${axis}`, [at]])];
   return Object.fromEntries(options.map(([name, values]) => [name, values.join(",")]));
 }

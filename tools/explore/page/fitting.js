@@ -18,7 +18,8 @@ async function paint() {
     undrawn.delete(name);
     const size = isMoving ? "160x120" : `${canvas.width}x${canvas.height}`;
     const picture = await ask("frame", { ...views[name], azimuth: camera.azimuth.toFixed(1), elevation: camera.elevation.toFixed(1),
-                                         size, samples: 1, ...(isDarkTheme() ? { background: darkBackground } : {}) });
+                                         size, samples: 1, steady: 1,
+                                         ...(isDarkTheme() ? { background: darkBackground } : {}) });
     if (!picture) continue;
     canvas.getContext("2d").drawImage(await createImageBitmap(picture), 0, 0, canvas.width, canvas.height);
     if (name === "set" && !isMoving && stage === shown) keepStage();

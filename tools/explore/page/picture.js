@@ -38,28 +38,45 @@ function drawTraits(scene, { view, depths }, jitter, width) {
   return traits;
 }
 
-let spread = { key: "", ends: [0, 1] };  // of what the material shows: between these the palette is spread
+const parts = 8, even = Array.from({ length: parts + 1 }, (_, i) => i / parts), mix = (a, b, way) => a + way * (b - a);
+/** The nearest values that rise by at least the gap each: host/picture/material_range.cpp. */
+function apart(values, gap) {
+  const pools = [];
+  values.forEach((value, i) => {
+    pools.push({ mean: value - gap * i, count: 1 });
+    while (pools.length > 1 && pools.at(-2).mean > pools.at(-1).mean) {
+      const last = pools.pop(), into = pools.at(-1), count = into.count + last.count;
+      Object.assign(into, { mean: (into.mean * into.count + last.mean * last.count) / count, count });
+    }
+  });
+  return pools.flatMap(({ mean, count }) => Array(count).fill(mean)).map((mean, i) => mean + gap * i);
+}
 
-/** From the 5th to the 95th percentile of what is seen when material, iterations or knobs change; the camera changes nothing. */
+let spread = { key: "", values: even };  // of what the material shows: an equal share of the palette lies between each two
+
+/** So that each part of the palette is seen about as much when material, iterations or knobs change; the camera changes
+ * nothing. host/picture/material_range.cpp. */
 function rangeOf(scene, result, jitter) {
   const key = JSON.stringify([state.material, state.iterations, knobsOf()]), { columns, rows } = result.view;
-  if (key === spread.key) return spread.ends;
-  const [low, high] = scene.box, diagonal = Math.hypot(...low.map((c, i) => high[i] - c));
-  drawTraits(scene, result, jitter, diagonal / 500);
+  if (key === spread.key) return spread.values;
+  // As wide as a pixel of the whole picture at zoom 1.
+  drawTraits(scene, result, jitter, result.view.footprint / result.view.divisor * state.zoom);
   const all = new Float32Array(4 * columns * rows);
   gl.readPixels(0, 0, columns, rows, gl.RGBA, gl.FLOAT, all);
   const found = all.filter((value, i) => i % 4 === 0 && value > -1e29).sort();
-  if (found.length === 0) return spread.ends;
-  const at = (share) => found[Math.round(share * (found.length - 1))];
-  const middle = (at(0.05) + at(0.95)) / 2, half = Math.max(at(0.95) - at(0.05), state.material === "height" ? 1e-9 : 0.1) / 2;
-  spread = { key, ends: [middle - half, middle + half] };
-  return spread.ends;
+  if (found.length === 0) return spread.values;
+  const tail = 0.02, at = (share) => found[Math.round(mix(tail, 1 - tail, share) * (found.length - 1))];
+  const middle = (at(0) + at(1)) / 2, half = Math.max(at(1) - at(0), state.material === "height" ? 1e-6 : 1e-3) / 2;
+  const isEven = !["iterations", "trap", "groove"].includes(state.material) || at(1) - at(0) < 2 * half;
+  const values = isEven ? even.map((way) => mix(middle - half, middle + half, way)) : apart(even.map(at), half / (2 * parts));
+  spread = { key, values };
+  return values;
 }
 
 /** Colours of a march into the accumulated picture, of which they are this share; then all of it to the canvas. */
 function paint(scene, result, jitter, share, isDark) {
   const { view, depths } = result, { width, height } = canvas;
-  let traits = null, trait_range = [0, 1];
+  let traits = null, trait_range = even;
   if (state.material !== "clay") {
     trait_range = rangeOf(scene, result, jitter);
     traits = drawTraits(scene, result, jitter, view.footprint);

@@ -42,7 +42,7 @@ export function listen(whereNow) {
   canvas.addEventListener("pointerup", end);
   canvas.addEventListener("pointercancel", end);
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  canvas.addEventListener("dblclick", () => change({ look: null, zoom: 1 }));
+  canvas.addEventListener("dblclick", () => change({ look: null, distance: null, zoom: 1 }));
 
   let rest = 0;
   canvas.addEventListener("wheel", (event) => {
@@ -69,7 +69,7 @@ export function listen(whereNow) {
     }
     if (event.key === "+" || event.key === "=") zoom(1.25, true);
     if (event.key === "-") zoom(0.8, true);
-    if (event.key === "0") change({ look: null, zoom: 1, azimuth: 30, elevation: 15 });
+    if (event.key === "0") change({ look: null, distance: null, zoom: 1, azimuth: 30, elevation: 15 });
     if (event.key === "h") toggleControls();
     if (event.key === "s") surprise();
   });

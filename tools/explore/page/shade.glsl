@@ -11,7 +11,7 @@ uniform float divisor;  // one of depths is so many of these a side
 uniform vec3 right, up, back, upright, key_direction, rim_direction;
 uniform float footprint, key_strength;
 uniform bool has_traits, is_dark;
-uniform vec2 trait_range;
+uniform float trait_range[9];
 out vec4 color;
 
 ivec2 bounds;
@@ -83,7 +83,10 @@ float key_light(vec3 p, vec3 n, float turn) {
 
 // Colours of traits, from one end of their range to the other through those of the palette.
 vec3 trait_albedo(float trait) {
-  float t = clamp((trait - trait_range.x) / (trait_range.y - trait_range.x), 0.0, 1.0);
+  float t = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    t += 0.125 * clamp((trait - trait_range[i]) / (trait_range[i + 1] - trait_range[i]), 0.0, 1.0);
+  }
   vec3 c = palette_stops[0];
   t *= float(palette_last);
   for (int i = 0; i < palette_last; ++i) c = mix(c, palette_stops[i + 1], clamp(t - float(i), 0.0, 1.0));

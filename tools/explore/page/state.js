@@ -23,7 +23,7 @@ export const words = Object.fromEntries([
   ...controls.filter((control) => control.words).map(({ name, words: list }) => [name, list]), ["backdrop", backdrops],
 ]);
 
-/** What every control says where nothing is changed; a point in the picture's middle is null. */
+/** What every control says where nothing is changed; a point in the picture's middle and a distance from it are null. */
 export const usual = Object.fromEntries([...controls.map((control) => [control.name, control.usual]), ...cutNames.map((name) => [name, 100]),
                                          ["backdrop", backdrops[0]]]);
 
@@ -74,6 +74,7 @@ function read(text) {
       const point = value.split(",").map(Number);
       if (point.length === 3 && point.every(Number.isFinite)) result.look = point;
     }
+    if (name === "distance" && Number(value) > 0 && Number.isFinite(Number(value))) result.distance = Number(value);
   }
   return result;
 }

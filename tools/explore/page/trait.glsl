@@ -53,8 +53,8 @@ float orbit_trait(vec4 corners[4]) {
     if (kind == 0) open *= mix(0.7, openness, resolved * resolved_of(risen));
     count += open;
     if (m == 0) {
-      float middle = (map_surface_level - low) / (high - low);
-      groove = mix(middle, clamp((map_surface_level + rise - low) / (high - low), 0.0, 1.0), resolved_of(risen));
+      float middle = (map_surface_level - low) / (high - low), narrow = min(middle, 1.0 - middle);
+      groove = mix(middle, clamp((map_surface_level + rise - low) / (high - low), 0.0, 1.0), resolved_of(narrow * narrow * risen));
     }
     resolved *= resolved_of(turned);
     if (m < 2) closeness[m] = angle, told[m] = resolved;

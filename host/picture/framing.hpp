@@ -1,0 +1,22 @@
+#pragma once
+/// Where cameras stand so that what they frame fills their pictures.
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "qjulia/picture.hpp"
+
+namespace qjulia::picture {
+
+/// Few of the points, which reach about as far in every direction as all of them: to 1 % of their
+/// extent.
+std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points);
+
+/// `Studio::aimed`, for cameras that say what is up.
+/// @param outline of what is framed, not empty, in the cameras' units. @param aspect of the
+/// pictures: width over height.
+std::vector<Camera> aimed(std::span<const Camera> cameras, std::span<const Eigen::Vector3d> outline,
+                          double aspect);
+
+}  // namespace qjulia::picture

@@ -1,0 +1,118 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/range_check.hpp"
+#include "qjulia/error.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia {
+namespace {
+
+/// Shares of what occurs below the palette's beginning and above its end.
+constexpr double kTail = 0.02;
+/// Parts of a palette that are seen alike.
+constexpr int kParts = 8;
+/// Each part covers at least this much of what an even one would, so that none is narrow.
+constexpr double kLeastPart = 0.25;
+/// A palette is spread over at least this much of the orbits' numbers, 0 … 1, so that it does not
+/// show what differs by rounding alone.
+constexpr double kLeastSpread = 1e-3;
+
+/// Whether the material's numbers are measures that mean more the larger they are, and nothing
+/// else: not lengths, and not names.
+bool is_of_orbits(Material material) {
+  switch (material) {
+    case Material::iterations:
+    case Material::trap:
+    case Material::groove:
+      return true;
+    case Material::clay:
+    case Material::height:
+    case Material::factor:
+      break;
+  }
+  return false;
+}
+
+/// The nearest values, in the sense of least squares, that rise by at least `gap` each: where many
+/// are the same, they stand evenly about it.
+std::vector<double> apart(const std::vector<double>& values, double gap) {
+  // Without the gaps they are to rise at all: means of neighbours that do not are put in their
+  // places.
+  struct Pool {
+    double sum;
+    int count;
+    double mean() const { return sum / count; }
+  };
+  std::vector<Pool> pools;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    pools.push_back({values[i] - gap * static_cast<double>(i), 1});
+    while (pools.size() > 1 && pools[pools.size() - 2].mean() > pools.back().mean()) {
+      const Pool last = pools.back();
+      pools.pop_back();
+      pools.back().sum += last.sum;
+      pools.back().count += last.count;
+    }
+  }
+  std::vector<double> found;
+  for (const Pool& pool : pools) {
+    for (int k = 0; k < pool.count; ++k) {
+      found.push_back(pool.mean() + gap * static_cast<double>(found.size()));
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<double> MaterialRange::values() const {
+  std::vector<double> all{low};
+  all.insert(all.end(), between.begin(), between.end());
+  all.push_back(high);
+  return all;
+}
+
+void MaterialRange::validate() const {
+  const std::vector<double> all = values();
+  if (all.size() > kMostValues) {
+    throw OptionError("range", fmt::format("{} values; give {} at most", all.size(), kMostValues));
+  }
+  for (const double value : all) base::expect_finite("range", value);
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    if (all[i - 1] < all[i]) continue;
+    throw OptionError("range", all.size() == 2
+                                   ? "the palette's beginning is not below its end"
+                                   : fmt::format("{} is not below {}: values rise from the "
+                                                 "palette's beginning to its end",
+                                                 all[i - 1], all[i]));
+  }
+}
+
+MaterialRange range_over(std::vector<float> values, Material material) {
+  std::erase_if(values, [](float value) { return !std::isfinite(value); });
+  if (values.empty()) return {};
+  std::ranges::sort(values);
+  const auto quantile = [&](double share) {
+    const double place = share * static_cast<double>(values.size() - 1);
+    return double{values[static_cast<std::size_t>(std::lround(place))]};
+  };
+  MaterialRange range{quantile(kTail), quantile(1 - kTail)};
+  const double least = material == Material::height
+                           ? 1e-6 * std::max({std::abs(range.low), std::abs(range.high), 1e-3})
+                           : kLeastSpread;
+  if (range.high - range.low < least) {
+    const double middle = 0.5 * (range.low + range.high);
+    return {middle - 0.5 * least, middle + 0.5 * least};
+  }
+  if (!is_of_orbits(material)) return range;
+  std::vector<double> ends;
+  for (int part = 0; part <= kParts; ++part) {
+    ends.push_back(quantile(std::lerp(kTail, 1 - kTail, static_cast<double>(part) / kParts)));
+  }
+  ends = apart(ends, kLeastPart * (range.high - range.low) / kParts);
+  return {ends.front(), ends.back(), {ends.begin() + 1, ends.end() - 1}};
+}
+
+}  // namespace qjulia
