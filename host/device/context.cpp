@@ -9,6 +9,7 @@ Context::Context(const DeviceInfo& info, const Context* sharing)
     : impl_(std::make_unique<Impl>(info, sharing == nullptr ? nullptr : sharing->impl_.get())) {
   cl_int code = CL_SUCCESS;
   if (sharing != nullptr) {
+    sharing->impl_->expect_own_process("opening a queue");
     impl_->device = sharing->impl_->device;
     impl_->context = sharing->impl_->context;
   } else {
@@ -33,10 +34,18 @@ Context::Context(const DeviceInfo& info, const Handles& handles)
 }
 
 Context::~Context() {
+  if (impl_->process != ::getpid()) {
+    // The queue's work goes on in the process that opened it, and the driver would wait for it
+    // here.
+    static_cast<void>(impl_.release());
+    return;
+  }
   if (impl_->queue()) impl_->queue.finish();
 }
 
 const DeviceInfo& Context::info() const { return impl_->info; }
+
+void Context::expect_own_process() const { impl_->expect_own_process("using a device"); }
 
 std::map<std::string, KernelTime> Context::kernel_times() {
   impl_->collect_times();

@@ -165,6 +165,9 @@ class Context {
 
   const DeviceInfo& info() const;
 
+  /// As `Device::expect_own_process`, which all that uses the queue or the driver does itself.
+  void expect_own_process() const;
+
   /// @throws DeviceError when the device has not that much memory, or takes no buffer that large:
   /// what it reports of both is looked at before it is asked, since drivers may find out late.
   template <class T>

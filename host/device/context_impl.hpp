@@ -3,6 +3,8 @@
 /// (context_kernels.cpp), its queue (context_queue.cpp) and OpenCL's own handles (handles.cpp).
 /// Included by this room's sources only.
 
+#include <unistd.h>
+
 #include <map>
 #include <memory>
 #include <mutex>
@@ -81,6 +83,7 @@ struct Kernel::Handle {
 
 struct Context::Impl {
   DeviceInfo info;
+  pid_t process = ::getpid();  ///< that the context was opened in
   cl::Device device;
   cl::Context context;
   cl::CommandQueue queue;
@@ -126,6 +129,10 @@ struct Context::Impl {
     return patient_wait([&] { queue.flush(); }, call);
   }
 
+  /// To be called before anything is asked of the queue.
+  void expect_own_process(const std::string& call) const {
+    device::expect_own_process(process, info.name, call);
+  }
   void expect(cl_int code, const std::string& call) const {
     if (code != CL_SUCCESS) throw DeviceError(info.name, call, code);
   }

@@ -13,6 +13,7 @@ namespace qjulia::device {
 
 Kernel Context::kernel(const std::string& file, const std::string& name,
                        const BuildOptions& options) {
+  impl_->expect_own_process(fmt::format("building kernel {}", name));
   const std::string line = impl_->build_line(options);
   std::string program_key = file + '\n' + line;
   for (const auto& [unused, included] : options.files) program_key += '\n' + included;

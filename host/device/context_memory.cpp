@@ -29,6 +29,7 @@ void Context::Impl::use_large_pages(const cl::Buffer& buffer, std::size_t bytes)
 
 Memory Context::allocate_bytes(std::size_t bytes) {
   const std::string call = fmt::format("allocating {} bytes", bytes);
+  impl_->expect_own_process(call);
   if (bytes > impl_->info.largest_allocation) impl_->expect(CL_INVALID_BUFFER_SIZE, call);
   if (bytes > impl_->info.global_memory -
                   std::min<std::uint64_t>(impl_->allocated->now, impl_->info.global_memory)) {
@@ -113,6 +114,7 @@ void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes
   const std::size_t count = bytes.size();
   if (count > memory.bytes()) throw std::logic_error("write past the end of a device buffer");
   if (count == 0) return;
+  impl_->expect_own_process("writing to a buffer");
   const cl::Buffer& to = memory.handle_->buffer;
   impl_->waited->add({.transfers = 1});
   if (count > kLargestCopy) {
@@ -143,6 +145,7 @@ void Context::read_bytes(std::span<const ByteRead> reads) {
     if (!read.to.empty()) wanted.push_back(&read);
   }
   if (wanted.empty()) return;
+  impl_->expect_own_process("reading from a buffer");
   impl_->waited->add({.transfers = wanted.size()});
   const auto enqueue = [&](const ByteRead& read, cl_bool blocking) {
     return impl_->queue.enqueueReadBuffer(read.from.handle_->buffer, blocking, 0, read.to.size(),

@@ -47,6 +47,7 @@ Argument Argument::real(double value, Precision precision) {
 void Context::launch(const Kernel& kernel, const Range& range, std::span<const Argument> arguments,
                      double work) {
   auto& handle = *kernel.handle_;
+  impl_->expect_own_process(fmt::format("launching kernel {}", handle.name));
   if (arguments.size() != handle.argument_count) {
     throw std::logic_error(fmt::format("kernel {} takes {} arguments, not {}", handle.name,
                                        handle.argument_count, arguments.size()));
@@ -203,6 +204,7 @@ void Context::Impl::collect_finished() {
 }
 
 void Context::Impl::collect_times() {
+  expect_own_process("waiting");
   expect(wait([&] { return queue.finish(); }), "clFinish");
   collect_times(pending.size());
   copied.clear();

@@ -156,6 +156,8 @@ Device Device::choose(const DeviceChoice& choice) {
 
 const DeviceInfo& Device::info() const { return context_->info(); }
 
+void Device::expect_own_process() const { context_->expect_own_process(); }
+
 Device::Device(std::shared_ptr<device::Context> context)
     : context_(std::move(context)), layout_(device::suited_layout(info())) {
   *this = with_layout(layout_);

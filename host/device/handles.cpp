@@ -40,6 +40,7 @@ Memory Handles::borrowed(const Context& context, const char* name, cl_mem buffer
 cl_kernel Handles::build(const Context& context, const std::string& source, const std::string& name,
                          const BuildOptions& options) {
   Context::Impl& impl = *context.impl_;
+  impl.expect_own_process(fmt::format("building kernel {}", name));
   const std::string line = impl.build_line(options);
   const char* const label = "the caller's source";
   const cl::Program built = impl.builder.build(

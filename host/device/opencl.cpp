@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +16,9 @@
 
 namespace qjulia::device {
 namespace {
+
+/// Our own, beside OpenCL's, which are negative.
+constexpr int kForkedProcess = 1;
 
 /// Not CL_OUT_OF_RESOURCES: that is said of launches too, whatever they lack.
 bool means_out_of_memory(int code) {
@@ -32,6 +36,11 @@ const char* advice(int code) {
     return "; the device has too few registers or too little memory for this launch, or its driver "
            "gave up on it: fewer factors, samples or points need less; 'qjulia doctor' says what "
            "works there";
+  }
+  if (code == kForkedProcess) {
+    return ": this process was forked from the one that opened it, and drivers do not work in "
+           "forked processes; open devices in the child processes alone, or start these as new "
+           "programs (in Python, with multiprocessing's start method \"spawn\")";
   }
   if (means_lost_device(code)) {
     return "; the driver has lost the device, as after a crash, a launch that a watchdog ended or "
@@ -98,7 +107,13 @@ std::string uuid(const cl::Device& device, const std::string& extensions) {
 
 }  // namespace
 
+void expect_own_process(pid_t opened_by, const std::string& device, const std::string& call) {
+  if (::getpid() != opened_by) throw DeviceError(device, call, kForkedProcess);
+}
+
 std::vector<cl::Platform> platforms(cl_int* code) {
+  static const pid_t first_user = ::getpid();
+  expect_own_process(first_user, "OpenCL", "listing devices");
   std::vector<cl::Platform> found;
   const cl_int told = cl::Platform::get(&found);
   if (code != nullptr) *code = told;
@@ -189,6 +204,8 @@ bool is_refused_group(const DeviceError& error) { return means_refused_group(err
 bool qjulia::DeviceError::is_lost() const noexcept { return device::means_lost_device(code_); }
 
 qjulia::DeviceError::DeviceError(const std::string& device, const std::string& call, int error_code)
-    : Error(fmt::format("{} failed on '{}': {}{}", call, device, device::named_error(error_code),
-                        device::advice(error_code))),
+    : Error(fmt::format(
+          "{} failed on '{}'{}{}", call, device,
+          error_code == device::kForkedProcess ? "" : ": " + device::named_error(error_code),
+          device::advice(error_code))),
       code_(error_code) {}

@@ -5,6 +5,8 @@
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #define CL_TARGET_OPENCL_VERSION 120
+#include <sys/types.h>
+
 #include <CL/opencl.hpp>
 #include <string>
 #include <vector>
@@ -13,8 +15,15 @@
 
 namespace qjulia::device {
 
+/// Throws DeviceError where this process was forked from the one that `device` was opened in, or,
+/// for `platforms`, OpenCL was first used in: drivers' threads and locks are gone there, and calls
+/// would wait for ever.
+/// @param call what the error says could not be done.
+void expect_own_process(pid_t opened_by, const std::string& device, const std::string& call);
+
 /// The loader's platforms that answer; empty when there is no loader configuration at all.
 /// @param code what the loader says, where it is wanted.
+/// @throws DeviceError in a process forked from one that has used OpenCL
 std::vector<cl::Platform> platforms(cl_int* code = nullptr);
 
 /// A platform's devices that answer; empty when it has none or is broken.

@@ -113,6 +113,11 @@ class Device {
 
   const DeviceInfo& info() const;
 
+  /// Drivers do not work in a process that was forked from the one in which the device was opened.
+  /// All that uses the device there throws this error; call it before you wait for a lock of yours.
+  /// @throws DeviceError
+  void expect_own_process() const;
+
   /// The same device with the defaults of this layout, whatever its kind. Results differ in
   /// rounding only; a layout that does not suit the device is slow.
   Device with_layout(Layout layout) const;

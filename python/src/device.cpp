@@ -30,6 +30,8 @@ std::string list_text() {
 }  // namespace
 
 DeviceUse::DeviceUse(const OpenDevice& device) : in_use_(device.in_use) {
+  // The thread that held the lock when this process was forked does not let go of it here.
+  device.device.expect_own_process();
   if (in_use_->try_lock()) return;
   while (true) {
     bool is_mine = false;

@@ -219,3 +219,80 @@ def test_a_fit_goes_on_from_a_map(torus, result, device):
 def test_a_schedule_may_be_text(torus, device):
     with pytest.raises(qjulia.InputError, match="schedule"):
         qjulia.fit(*torus, factors=8, schedule_text="not = a schedule", device=device)
+
+
+FORKED = """
+import gc, multiprocessing, os, sys, threading, time
+import numpy as np
+import qjulia
+
+map = qjulia.quadratic_map([-0.2, 0.6, 0.2, 0.2])
+points = np.zeros((3, 3))
+device = qjulia.Device("cpu")
+map.field(points, device=device)
+map.field(points)  # opens the default
+ball = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, -1.0]])
+faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]]
+fit = qjulia.Fit(ball, faces, factors=8, max_evaluations=3, device=device)
+fit.step()
+
+USES = {
+    "field": lambda: map.field(points, device=device),
+    "default": lambda: map.field(points),
+    "long": lambda: map.field(np.zeros((2_000_000, 3)), device=device),
+    "surface": lambda: map.surface(16, device=device),
+    "fit": lambda: fit.step(),
+    "map": lambda: fit.map,
+    "open": lambda: qjulia.Device("cpu"),
+    "devices": lambda: qjulia.devices(),
+}
+
+
+def refused(use):
+    try:
+        use()
+    except qjulia.DeviceError as error:
+        return str(error)
+    return "no error"
+
+
+def child(name):
+    print(name, refused(USES[name]), flush=True)
+
+
+busy = threading.Thread(target=lambda: map.field(np.zeros((5_000_000, 3)), n=8, device=device))
+for held in (False, True):
+    if held:  # the device is locked by a thread that the child does not have
+        busy.start()
+        time.sleep(0.2)
+    for name in USES:
+        if os.fork() == 0:
+            child(name)
+            sys.exit(0)  # with all that Python does in the end
+        os.wait()
+busy.join()
+for name in USES:
+    process = multiprocessing.get_context("fork").Process(target=child, args=(name,))
+    process.start()
+    process.join()
+if os.fork() == 0:  # objects of the parent are collected
+    del device, fit, USES
+    gc.collect()
+    os._exit(0)
+os.wait()
+print("parent", map.field(points, device=device).shape, fit.step() is not None or fit.stopped)
+"""
+
+
+def test_a_forked_child_is_refused_its_parents_device(tmp_path):
+    script = tmp_path / "forked.py"
+    script.write_text(FORKED)
+    done = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, timeout=300, env=os.environ
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    lines = done.stdout.splitlines()
+    assert len(lines) == 3 * 8 + 1 and lines[-1].startswith("parent (3,)"), done.stdout
+    for line in lines[:-1]:
+        assert "this process was forked from the one that opened it" in line, line
+        assert "spawn" in line
