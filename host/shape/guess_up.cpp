@@ -70,13 +70,16 @@ double foot(const TriangleMesh& mesh, const Box& box, UpAxis up) {
 UpAxis guess_up(const TriangleMesh& mesh) {
   mesh.validate();
   const Box box = mesh.box();
-  UpAxis best = kDefaultUp;
-  double most = kClearly * foot(mesh, box, kDefaultUp);
-  for (const auto& [axis, worth] : {std::pair{UpAxis::z, 1.0},
+  const UpAxis usual = mesh.format_up.value_or(kDefaultUp);
+  UpAxis best = usual;
+  double most = kClearly * foot(mesh, box, usual);
+  for (const auto& [axis, worth] : {std::pair{UpAxis::y, 1.0},
+                                    {UpAxis::z, 1.0},
                                     {UpAxis::minus_y, kUnusual},
                                     {UpAxis::minus_z, kUnusual},
                                     {UpAxis::x, kUnusual},
                                     {UpAxis::minus_x, kUnusual}}) {
+    if (axis == usual) continue;
     const double found = foot(mesh, box, axis);
     if (found < kLeastFoot || worth * found <= most) continue;
     best = axis;

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/painted_mesh.hpp"
+#include "qjulia/progress.hpp"
 #include "shape/mesh_file.hpp"
 #include "shape/mesh_report.hpp"
 #include "shape/point_cells.hpp"
@@ -73,13 +75,16 @@ class FirstEqual {
   std::vector<std::uint32_t> slots_;
 };
 
+/// To be called now and then. @throws Interrupted
+using Poll = std::function<void()>;
+
 /// For each vertex the first one at the same place. Zeros have one sign.
-std::vector<std::uint32_t> first_at_same_place(const MeshFile& file,
-                                               const std::vector<Eigen::Vector3d>& x) {
+std::vector<std::uint32_t> first_at_same_place(const std::vector<Eigen::Vector3d>& x,
+                                               const Poll& poll) {
   FirstEqual places(x.size());
   std::vector<std::uint32_t> first(x.size());
   for (std::uint32_t v = 0; v < x.size(); ++v) {
-    if (v % kPolled == 0) file.poll();
+    if (v % kPolled == 0) poll();
     std::uint64_t hash = 0;
     for (const double c : x[v]) hash = mixed(hash, std::bit_cast<std::uint64_t>(c + 0.0));
     first[v] =
@@ -98,33 +103,35 @@ bool has_no_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen
 
 /// Gives equal vertices one index and leaves out triangles without area and vertices that no
 /// triangle uses.
-TriangleMesh weld(const MeshFile& file, const FaceList& raw, MeshReport& report) {
-  const std::vector<std::uint32_t> first = first_at_same_place(file, raw.vertices);
-  if (!raw.is_soup) {
-    for (std::uint32_t v = 0; v < first.size(); ++v) report.welded_vertices += first[v] != v;
-  }
+TriangleMesh weld(const std::vector<Eigen::Vector3d>& x, const std::vector<Triangle>& triangles,
+                  MeshReport& report, const Poll& poll) {
+  const std::vector<std::uint32_t> first = first_at_same_place(x, poll);
   TriangleMesh mesh;
-  mesh.triangles.reserve(raw.triangles.size());
-  constexpr std::uint32_t kUnused = ~0U;
-  std::vector<std::uint32_t> index(raw.vertices.size(), kUnused);
-  for (std::size_t t = 0; t < raw.triangles.size(); ++t) {
-    if (t % kPolled == 0) file.poll();
-    const auto& x = raw.vertices;
-    const Triangle& triangle = raw.triangles[t];
-    if (has_no_area(x[triangle[0]], x[triangle[1]], x[triangle[2]])) {
+  mesh.triangles.reserve(triangles.size());
+  std::vector<bool> is_used(x.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (t % kPolled == 0) poll();
+    const auto& [a, b, c] = triangles[t];
+    if (has_no_area(x[a], x[b], x[c])) {
       ++report.dropped_triangles;
       continue;
     }
-    Triangle welded;
-    std::ranges::transform(triangle, welded.begin(), [&](std::uint32_t v) {
-      auto& place = index[first[v]];
-      if (place == kUnused) {
-        place = static_cast<std::uint32_t>(mesh.vertices.size());
-        mesh.vertices.push_back(x[v]);
-      }
-      return place;
-    });
-    mesh.triangles.push_back(welded);
+    mesh.triangles.push_back({first[a], first[b], first[c]});
+    for (const std::uint32_t corner : mesh.triangles.back()) is_used[corner] = true;
+  }
+  std::vector<std::uint32_t>& place = report.vertex_of_file;
+  place.assign(x.size(), MeshReport::kNoVertex);
+  for (std::uint32_t v = 0; v < x.size(); ++v) {
+    if (first[v] != v) {
+      ++report.welded_vertices;
+      place[v] = place[first[v]];
+    } else if (is_used[v]) {
+      place[v] = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.vertices.push_back(x[v]);
+    }
+  }
+  for (Triangle& triangle : mesh.triangles) {
+    for (std::uint32_t& corner : triangle) corner = place[corner];
   }
   return mesh;
 }
@@ -132,7 +139,7 @@ TriangleMesh weld(const MeshFile& file, const FaceList& raw, MeshReport& report)
 /// Leaves one of equal triangles. Two with opposite windings are a sheet without an inside and
 /// stay, as they cancel out in winding numbers; but where all triangles are in such pairs the mesh
 /// was meant to be seen from both sides, and the first of each pair stays.
-void drop_duplicates(const MeshFile& file, TriangleMesh& mesh, MeshReport& report) {
+void drop_duplicates(TriangleMesh& mesh, MeshReport& report, const Poll& poll) {
   const auto& triangles = mesh.triangles;
   const auto sorted = [&](std::uint32_t t) {
     Triangle corners = triangles[t];
@@ -148,7 +155,7 @@ void drop_duplicates(const MeshFile& file, TriangleMesh& mesh, MeshReport& repor
   std::vector<std::uint32_t> kept;                   // not seen before in this winding
   std::vector<std::uint32_t> turned;                 // those of `kept` seen in the other one
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (t % kPolled == 0) file.poll();
+    if (t % kPolled == 0) poll();
     std::uint64_t hash = 0;
     for (const auto v : sorted(t)) hash = mixed(hash, v);
     const std::uint32_t first = places.find_or_add(
@@ -179,7 +186,7 @@ void drop_duplicates(const MeshFile& file, TriangleMesh& mesh, MeshReport& repor
 /// @throws InputError for a point without a normal.
 TriangleMesh surface_of_points(const MeshFile& file, const FaceList& raw, MeshReport& report,
                                const std::stop_token& stop) {
-  const std::vector<std::uint32_t> first = first_at_same_place(file, raw.vertices);
+  const std::vector<std::uint32_t> first = first_at_same_place(raw.vertices, [&] { file.poll(); });
   std::vector<Eigen::Vector3d> points, normals;
   for (std::uint32_t v = 0; v < first.size(); ++v) {
     if (first[v] != v) {
@@ -206,26 +213,30 @@ TriangleMesh surface_of_points(const MeshFile& file, const FaceList& raw, MeshRe
   return point_cells(points, normals, stop);
 }
 
+constexpr const char* kNoArea =
+    "none of its triangles has an area (are all vertices equal or in one line?)";
+
 /// The mesh, and a report of what was left out on the way.
 InspectedMesh read(const std::filesystem::path& path, const std::stop_token& stop) {
   const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
   return within_memory(path, [&] {
     MeshReport found;
     const MeshFile file(path, extension, stop);
+    const Poll poll = [&] { file.poll(); };
     FaceList faces = read_faces(file, extension);
     found.bad_polygons = triangulate_polygons(file, faces);
     const bool is_cloud = !faces.normals.empty();
-    TriangleMesh mesh =
-        is_cloud ? surface_of_points(file, faces, found, stop) : weld(file, faces, found);
-    if (mesh.triangles.empty()) {
-      file.refuse("none of its triangles has an area (are all vertices equal or in one line?)");
-    }
+    TriangleMesh mesh = is_cloud ? surface_of_points(file, faces, found, stop)
+                                 : weld(faces.vertices, faces.triangles, found, poll);
+    if (faces.is_soup) found.welded_vertices = 0;
+    if (mesh.triangles.empty()) file.refuse(kNoArea);
     if (const std::string problem = size_problem(mesh.box()); !problem.empty()) {
       file.refuse(problem);
     }
-    if (!is_cloud) drop_duplicates(file, mesh, found);
+    if (!is_cloud) drop_duplicates(mesh, found, poll);
     found.dropped_triangles += faces.dropped_faces;
-    return InspectedMesh{std::move(mesh), found};
+    mesh.format_up = format_up(path);
+    return InspectedMesh{std::move(mesh), std::move(found)};
   });
 }
 
@@ -237,7 +248,31 @@ TriangleMesh read_mesh(const std::filesystem::path& path, std::stop_token stop) 
 
 InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop) {
   InspectedMesh found = read(path, stop);
-  found.report = inspect(found.mesh, found.report, stop);
+  found.report = inspect(found.mesh, std::move(found.report), stop);
+  return found;
+}
+
+InspectedMesh as_if_read(const TriangleMesh& mesh, const std::stop_token& stop) {
+  mesh.validate();
+  const Poll poll = [&] { throw_if_stopped(stop); };
+  const auto refuse = [](const std::string& problem) {
+    throw InputError(fmt::format("the mesh cannot be used: {}", problem));
+  };
+  // As large numbers as this refuses need not be finite in single precision.
+  if (const std::string problem = size_problem(mesh.box()); !problem.empty()) refuse(problem);
+  std::vector<Eigen::Vector3d> vertices;
+  vertices.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    // In two steps: Eigen 3.4 does not round the vectorised part of two casts in one expression.
+    const Eigen::Vector3f rounded = x.cast<float>();
+    vertices.emplace_back(rounded.cast<double>());
+  }
+  InspectedMesh found;
+  found.mesh = weld(vertices, mesh.triangles, found.report, poll);
+  if (found.mesh.triangles.empty()) refuse(kNoArea);
+  drop_duplicates(found.mesh, found.report, poll);
+  found.mesh.format_up = mesh.format_up;
+  found.report = inspect(found.mesh, std::move(found.report), stop);
   return found;
 }
 

@@ -122,9 +122,11 @@ void MeshFileOptions::validate() const {
   if (metres_per_unit) base::expect_positive("metres_per_unit", *metres_per_unit);
 }
 
-bool stands_upright(const std::filesystem::path& path) {
+std::optional<UpAxis> format_up(const std::filesystem::path& path) {
   const std::string extension = extension_of(path);
-  return extension == ".glb" || extension == ".stl" || extension == ".3mf" || extension == ".usda";
+  if (extension == ".glb" || extension == ".gltf" || extension == ".usda") return UpAxis::y;
+  if (extension == ".stl" || extension == ".3mf") return UpAxis::z;
+  return {};
 }
 
 bool holds_colors(const std::filesystem::path& path) {

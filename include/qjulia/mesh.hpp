@@ -27,6 +27,9 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3f> normals{};
   /// Colours of vertices; or none. Never read; `holds_colors` says which files hold them.
   std::vector<VertexColor> colors{};
+  /// The axis that points up in files of the format that the mesh was read from, where formats have
+  /// one: what `guess_up` says unless the mesh's form says clearly otherwise.
+  std::optional<UpAxis> format_up{};
 
   Box box() const;
   /// Every function of this library that takes a mesh calls this.
@@ -37,6 +40,8 @@ struct TriangleMesh {
 
 /// What a mesh is like as a surface.
 struct MeshReport {
+  /// Of a vertex that no triangle is left of.
+  static constexpr std::uint32_t kNoVertex = ~0U;
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   std::size_t components = 0;
@@ -53,6 +58,10 @@ struct MeshReport {
   std::size_t turned_parts = 0;         ///< components that `oriented_outward` turns
   double rounding = 0;  ///< of coordinates in single precision, as mesh files are read and written,
                         ///< over the longest side
+  /// For each vertex of the file, in the file's order, the mesh's vertex that it became, or
+  /// `kNoVertex`. A scene's meshes follow one another; an .stl file has three vertices for each
+  /// triangle. Empty where the file has points and no faces.
+  std::vector<std::uint32_t> vertex_of_file{};
   bool closed() const { return open_edges == 0 && non_manifold_edges == 0; }
   /// One sentence a line on what a user should know; empty for a clean mesh.
   std::vector<std::string> warnings() const;
@@ -60,8 +69,9 @@ struct MeshReport {
 
 /// Reads .obj, .off, .ply, .stl, .glb, .gltf or .3mf by its extension, with coordinates in single
 /// precision. Polygons are cut into triangles, equal vertices welded, and triangles without area,
-/// triangles that repeat another and vertices without triangles left out. Nothing else is lost:
-/// open, non-manifold and inside-out meshes and triangle soups come as they are.
+/// triangles that repeat another and vertices without triangles left out. What is left keeps the
+/// file's order; of equal vertices the first stays. Nothing else is lost: open, non-manifold and
+/// inside-out meshes and triangle soups come as they are.
 ///
 /// Scenes (.glb, .gltf, .3mf) come as one mesh, in the coordinates of the scene: those of glTF have
 /// Y up; those of .3mf are millimetres, whatever its unit, with Z up. Skins and morph targets are
@@ -85,6 +95,10 @@ struct InspectedMesh {
 };
 /// The same, with a report of what was found and left out.
 InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop = {});
+/// The same of a file that would hold this mesh: what is computed of the two is the same, bit for
+/// bit. Normals and colours are left out.
+/// @throws InputError as for a file, and where the mesh is not valid.
+InspectedMesh as_if_read(const TriangleMesh& mesh, const std::stop_token& stop = {});
 
 /// How a mesh is written, and what its file holds besides its triangles.
 struct MeshFileOptions {
@@ -122,16 +136,16 @@ void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note = {}, std::optional<UpAxis> up = {});
 
-/// Whether files of this name have a fixed up axis, so that `write_mesh` makes meshes stand
-/// upright.
-bool stands_upright(const std::filesystem::path& path);
+/// The axis that points up in files of this name, where their format says so: `write_mesh` makes
+/// meshes stand upright there. Y in .glb, .gltf and .usda, Z in .stl and .3mf; others say none.
+std::optional<UpAxis> format_up(const std::filesystem::path& path);
 
 /// Whether `write_mesh` writes the colours of meshes, and not only their triangles, under this
 /// name.
 bool holds_colors(const std::filesystem::path& path);
 
 /// How a mesh probably stands: with its flattest, widest end down. That end has to be clearly
-/// flatter and wider than the default's; y where no end is.
+/// flatter and wider than that of the default, which is `format_up` or, without it, `kDefaultUp`.
 UpAxis guess_up(const TriangleMesh& mesh);
 
 MeshReport inspect(const TriangleMesh& mesh);

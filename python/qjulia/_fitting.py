@@ -96,7 +96,9 @@ def fit(
         Vertices, with faces after them; or a mesh alone: a pair of vertices and faces, an object
         with `vertices` and `faces` (as trimesh has them) or with `points` and `cells_dict` (as
         meshio has them), or the path of an .obj, .off, .ply, .stl, .glb, .gltf or
-        .3mf file; a .ply file may also hold points with normals (nx, ny, nz) and no faces.
+        .3mf file; a .ply file may also hold points with normals (nx, ny, nz) and no faces. Arrays
+        are used as a file with these numbers would be, so that the map is the same: in single
+        precision, with equal vertices welded.
     faces : array (M, 3) of whole numbers, optional
         Counter-clockwise from outside.
     factors : int, optional
@@ -172,7 +174,7 @@ def fit(
 
     found = _core.fit(
         _device.core_of(device),
-        _mesh.core_of(vertices, faces),
+        _mesh.as_read(vertices, faces),
         watch,
         on_evaluation,
         on_progress,
@@ -221,7 +223,7 @@ class Fit:
         self._callbacks = (on_evaluation, on_progress, options)
         self._core = _core.Fit(
             _device.core_of(device),
-            _mesh.core_of(vertices, faces),
+            _mesh.as_read(vertices, faces),
             on_evaluation,
             on_progress,
             options,
@@ -317,5 +319,5 @@ def shape(vertices, faces=None, *, versor=None, device=None, on_progress=None, *
     """
     options["versor"] = versor._core if isinstance(versor, Map) else versor
     return Map._of(
-        _core.shape(_device.core_of(device), _mesh.core_of(vertices, faces), on_progress, options)
+        _core.shape(_device.core_of(device), _mesh.as_read(vertices, faces), on_progress, options)
     )

@@ -635,7 +635,7 @@ def compare(map, mesh, faces=None, *, n=(1, 6), device=None, on_progress=None, *
         wanted = [operator.index(number) for number in (n if np.iterable(n) else [n])]
     except TypeError:
         raise TypeError(f"n must be a whole number or several, not {n!r}") from None
-    core, triangles = _device.core_of(device), _mesh.core_of(mesh, faces)
+    core, triangles = _device.core_of(device), _mesh.as_read(mesh, faces)
     found = {}
     for number in sorted(set(wanted), reverse=True):
         if number in found:

@@ -54,7 +54,7 @@ def core_of(mesh, faces=None):
     if isinstance(mesh, _core.Mesh):
         return mesh
     if isinstance(mesh, (str, os.PathLike)):
-        return _read(mesh)
+        return _read(mesh)[0]
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return _core.Mesh(mesh.vertices, mesh.faces)
     if hasattr(mesh, "points") and hasattr(mesh, "cells_dict"):
@@ -72,35 +72,56 @@ def core_of(mesh, faces=None):
 
 
 def _read(path):
-    mesh, found = _core.read_mesh(path)
+    mesh, found, places = _core.read_mesh(path)
     for warning in found:
         warnings.warn(f"{os.fspath(path)}: {warning}", stacklevel=4)
-    return mesh
+    return mesh, places
 
 
-def read_mesh(path):
+def as_read(mesh, faces=None):
+    """The library's mesh as the command has it: arrays as if they had been read from a file."""
+    core = core_of(mesh, faces)
+    if faces is None and isinstance(mesh, (str, os.PathLike)):
+        return core
+    core, found, _ = _core.as_if_read(core)
+    for warning in found:
+        warnings.warn(warning, stacklevel=4)
+    return core
+
+
+def read_mesh(path, *, return_index=False):
     """Reads a mesh as the command does.
 
-    Polygons are cut into triangles, equal vertices welded, triangles without area left out. What
-    is wrong with the mesh is said in warnings.
+    Polygons are cut into triangles, equal vertices welded, triangles without area and vertices
+    without triangles left out. What is left keeps the file's order; of equal vertices the first
+    stays. What is wrong with the mesh is said in warnings.
 
     Parameters
     ----------
     path : path-like
         An .obj, .off, .ply, .stl, .glb, .gltf or .3mf file. A scene is read as one mesh, and a
         .ply file of points with normals (nx, ny, nz) as a small polygon for each point.
+    return_index : bool, optional
+        Whether to say what became of the file's vertices, too. Where data belong to these, then
+        ``mesh_data[index[index >= 0]] = file_data[index >= 0]``.
 
     Returns
     -------
     Surface
         Without normals: their array has no rows.
+    index : array of int64
+        Only with ``return_index=True``: for each vertex of the file the row of ``vertices`` that it
+        became, or -1 if it was left out. An .stl file has three vertices for each triangle; of a
+        file of points the array is empty.
 
     Raises
     ------
     InputError
         If the file cannot be used; the message says why.
     """
-    return Surface(*_read(path).arrays())
+    mesh, index = _read(path)
+    surface = Surface(*mesh.arrays())
+    return (surface, index) if return_index else surface
 
 
 def signed_distance(mesh, points, *, device=None, **options):

@@ -39,7 +39,21 @@ TriangleMesh mesh_of(const py::object& vertices, const py::object& faces) {
   return mesh;
 }
 
-/// The mesh of a file, and what a user should know of it.
+/// The mesh, what a user should know of it, and what each vertex of the file became: -1 where it
+/// was left out.
+py::tuple tuple_of(InspectedMesh found) {
+  py::list warnings;
+  for (const std::string& warning : found.report.warnings()) warnings.append(warning);
+  std::vector<std::int64_t> places;
+  places.reserve(found.report.vertex_of_file.size());
+  for (const std::uint32_t vertex : found.report.vertex_of_file) {
+    places.push_back(vertex == MeshReport::kNoVertex ? -1 : std::int64_t{vertex});
+  }
+  const auto count = static_cast<py::ssize_t>(places.size());
+  return py::make_tuple(std::move(found.mesh), warnings,
+                        array_of<std::int64_t>(std::move(places), {count}));
+}
+
 py::tuple read_file(const py::object& file) {
   std::filesystem::path path;
   read(file, "path", path);
@@ -47,9 +61,15 @@ py::tuple read_file(const py::object& file) {
     const py::gil_scoped_release release;
     return read_and_inspect_mesh(path);
   }();
-  py::list warnings;
-  for (const std::string& warning : found.report.warnings()) warnings.append(warning);
-  return py::make_tuple(std::move(found.mesh), warnings);
+  return tuple_of(std::move(found));
+}
+
+py::tuple as_of_a_file(const TriangleMesh& mesh) {
+  InspectedMesh found = [&] {
+    const py::gil_scoped_release release;
+    return as_if_read(mesh);
+  }();
+  return tuple_of(std::move(found));
 }
 
 void write_file(const TriangleMesh& mesh, const py::object& file, const py::object& up,
@@ -109,6 +129,7 @@ void add_mesh(py::module_& module) {
       .def("set_colors", &set_colors)
       .def("arrays", [](const TriangleMesh& self) { return arrays_of(self); });
   module.def("read_mesh", &read_file);
+  module.def("as_if_read", &as_of_a_file);
   module.def("write_mesh", &write_file);
 }
 

@@ -282,6 +282,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("signed_volume", [&] { signed_volume(mesh); });
   use("oriented_outward", [&] { oriented_outward(mesh); });
   use("guess_up", [&] { guess_up(mesh); });
+  use("as_if_read", [&] { as_if_read(mesh); });
   use("radial_spread", [&] { radial_spread(mesh, Eigen::Vector3d::Zero()); });
   for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb", "m.3mf", "m.usda"}) {
     use("write_mesh", [&] { write_mesh(mesh, folder / name, "a\xff note", UpAxis::x); });
@@ -982,7 +983,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
       refuses("read_sampled_distance", [&] { read_sampled_distance(file); });
       refuses("read_portal_text", [&] { read_portal_text(file, {}); });
       survives("file types", [&] {
-        static_cast<void>(extension_of(file).size() + (stands_upright(file) ? 1 : 0) +
+        static_cast<void>(extension_of(file).size() + (format_up(file) ? 1 : 0) +
                           (holds_colors(file) ? 1 : 0));
         static_cast<void>(has_type(file, FileContent::map, FileUse::read));
         static_cast<void>(content_of(file).has_value());

@@ -48,6 +48,54 @@ TEST_CASE("equal vertices are welded and triangles without area dropped") {
   CHECK(found.welded_vertices == 1);
 }
 
+TEST_CASE("vertices keep the file's order, and the report says what became of each") {
+  // The second is used by nothing, the fifth equals the first, the sixth is only in a dropped one.
+  const auto [mesh, report] = cleaned("order.obj",
+                                      "v 0 0 0\nv 9 9 9\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 5 5 5\n"
+                                      "v 0 0 1\nf 7 4 3\nf 3 5 7\nf 6 6 4\nf 4 7 1\nf 1 3 4\n");
+  const std::vector<Eigen::Vector3d> left{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  CHECK(mesh.vertices == left);
+  const std::vector<Triangle> triangles{{3, 2, 1}, {1, 0, 3}, {2, 3, 0}, {0, 1, 2}};
+  CHECK(mesh.triangles == triangles);
+  constexpr auto kNone = MeshReport::kNoVertex;
+  CHECK(report.vertex_of_file == std::vector<std::uint32_t>{0, kNone, 1, 2, 0, kNone, 3});
+  // Three corners for each triangle of an .stl file.
+  write_mesh(mesh, cleaned_folder.path() / "order.stl");
+  const auto [soup, found] = read_and_inspect_mesh(cleaned_folder.path() / "order.stl");
+  CHECK(found.vertex_of_file.size() == 12);
+  CHECK(found.welded_vertices == 0);
+  for (std::size_t corner = 0; corner < 12; ++corner) {
+    const std::uint32_t vertex = triangles[corner / 3][corner % 3];
+    CHECK(soup.vertices[found.vertex_of_file[corner]] == mesh.vertices[vertex]);
+  }
+}
+
+TEST_CASE("a mesh in memory can be had as a file of it would be read") {
+  TriangleMesh mesh = shapes::soup(shapes::torus(1, 0.45, 12, 8));
+  for (Eigen::Vector3d& x : mesh.vertices) x = x / 3 + Eigen::Vector3d::Constant(0.1);
+  mesh.triangles.push_back({0, 0, 1});
+  mesh.triangles.push_back(mesh.triangles.front());
+  std::string text;
+  for (const auto& x : mesh.vertices) text += fmt::format("v {} {} {}\n", x.x(), x.y(), x.z());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    text += fmt::format("f {} {} {}\n", a + 1, b + 1, c + 1);
+  }
+  const auto [file, of_file] = cleaned("memory.obj", text);
+  const auto [memory, of_memory] = as_if_read(mesh);
+  CHECK(memory.vertices == file.vertices);
+  CHECK(memory.triangles == file.triangles);
+  CHECK(memory.vertices.size() == 96);
+  CHECK(of_memory.vertex_of_file == of_file.vertex_of_file);
+  CHECK(of_memory.warnings() == of_file.warnings());
+  CHECK(of_memory.welded_vertices == of_file.welded_vertices);
+  CHECK_THROWS_AS(as_if_read({}), InputError);
+  CHECK_THROWS_WITH(as_if_read({.vertices = {{0, 0, 0}, {1, 0, 0}}, .triangles = {{0, 1, 1}}}),
+                    ContainsSubstring("has an area"));
+  CHECK_THROWS_WITH(
+      as_if_read({.vertices = {{0, 0, 0}, {1e13, 0, 0}, {0, 1, 0}}, .triangles = {{0, 1, 2}}}),
+      ContainsSubstring("scale the mesh"));
+}
+
 TEST_CASE("concave polygons keep their area") {
   // A plus sign, extruded: its ends as polygons of twelve corners.
   const std::vector<Eigen::Vector2i> plus = {{1, 0}, {2, 0}, {2, 1}, {3, 1}, {3, 2}, {2, 2},

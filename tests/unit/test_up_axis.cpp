@@ -6,6 +6,7 @@
 
 #include "qjulia/mesh.hpp"
 #include "shapes.hpp"
+#include "temporary_folder.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;
@@ -62,6 +63,24 @@ TEST_CASE("the flattest, widest end of a mesh is down, whichever way it lies") {
     CHECK(guess_up(shapes::inside_out(turned(on_a_plate(), turn))) == up);
     CHECK(guess_up(shapes::moved(turned(on_a_plate(), turn), 1e-4, {3, -5, 7})) == up);
     CHECK(guess_up(turned(figure(), turn)) == up);
+  }
+}
+
+TEST_CASE("the format that a mesh was read from decides where its form does not") {
+  const test::TemporaryFolder folder;
+  for (const auto& [name, up] : {std::pair{"a.stl", UpAxis::z},
+                                 {"a.3mf", UpAxis::z},
+                                 {"a.glb", UpAxis::y},
+                                 {"a.obj", kDefaultUp},
+                                 {"a.ply", kDefaultUp},
+                                 {"a.off", kDefaultUp}}) {
+    CAPTURE(name);
+    write_mesh(shapes::sphere(3), folder.path() / name);
+    CHECK(guess_up(read_mesh(folder.path() / name)) == up);
+    CHECK(format_up(name).value_or(kDefaultUp) == up);
+    TriangleMesh lying = turned(on_a_plate(), quarter_turns(UpAxis::y, UpAxis::minus_x));
+    lying.format_up = format_up(name);
+    CHECK(guess_up(lying) == UpAxis::minus_x);
   }
 }
 

@@ -131,7 +131,8 @@ void add_steepness_and_up(Command command, double& steepness, std::optional<UpAx
               knob_named("steepness").help + ". 'surface' and 'render' can change it later");
   add_up(command, up,
          "The mesh's axis that points up in pictures, and in files that have an up of their own. "
-         "auto: the mesh's flattest, widest end is down; where none is, y is up");
+         "auto: the mesh's flattest, widest end is down; where none is, z is up in .stl and .3mf "
+         "files and y in others");
 }
 
 void add_knobs(Command command, MapOptions& options) {

@@ -129,7 +129,7 @@ Map scaled(Map map, const SurfaceArguments& arguments, SurfaceOptions& options) 
 MeshFileOptions file_options(const SurfaceArguments& arguments, const Map& map,
                              const std::string& note) {
   MeshFileOptions options{.note = note, .up = map.frame.up, .name = named_after(arguments.map, "")};
-  if (!stands_upright(arguments.output.path)) options.file_up = arguments.up;
+  if (!format_up(arguments.output.path)) options.file_up = arguments.up;
   constexpr double kMillimetre = 1e-3;
   const PrintOptions& print = arguments.print;
   if (arguments.millimetres || print.height || print.longest) options.metres_per_unit = kMillimetre;
@@ -267,7 +267,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   Map map =
       scaled(with_knobs(device, read, arguments.map_options, arguments.map), arguments, options);
   warn_if_unbounded(map, arguments.map_options, arguments.map, session.console);
-  const bool is_upright = stands_upright(arguments.output.path);
+  const bool is_upright = format_up(arguments.output.path).has_value();
   // Maps that do not say it stand as they are drawn.
   if (is_upright) map.frame.up = arguments.up ? arguments.up : map.frame.up.value_or(kDefaultUp);
 
