@@ -1,5 +1,6 @@
 #include "base/surroundings.hpp"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <grp.h>
 #include <sys/stat.h>
@@ -11,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/kernel_cache.hpp"
 #include "base/text.hpp"
 
 namespace qjulia::base {
@@ -57,10 +59,24 @@ fs::path driver_list(const fs::path& root) {
   return own != nullptr && *own != '\0' ? fs::path(own) : root / "etc/OpenCL/vendors";
 }
 
+/// The files that name drivers' libraries.
+std::vector<fs::path> driver_files(const fs::path& list) {
+  std::error_code ignored;
+  if (fs::is_directory(list, ignored)) return files_in(list, "", ".icd");
+  return list.extension() == ".icd" && is_there(list) ? std::vector{list} : std::vector<fs::path>{};
+}
+
 bool lists_drivers(const fs::path& list) {
   if (std::getenv("OCL_ICD_FILENAMES") != nullptr) return true;  // drivers by name, in any folder
   std::error_code ignored;
-  return fs::is_directory(list, ignored) ? !files_in(list, "", ".icd").empty() : is_there(list);
+  return fs::is_directory(list, ignored) ? !driver_files(list).empty() : is_there(list);
+}
+
+/// The library that such a file names, in its first line.
+std::string library_of(const fs::path& file) {
+  std::string name;
+  std::getline(std::ifstream(file), name);
+  return name.substr(0, name.find_last_not_of(" \t\r") + 1);
 }
 
 /// A node's path as this machine's user knows it: below the root.
@@ -166,6 +182,32 @@ void add_drivers(const fs::path& root, std::vector<Finding>& found) {
   found.push_back({"drivers", name, text});
 }
 
+void add_libraries(const fs::path& root, std::vector<Finding>& found) {
+  for (const fs::path& file : driver_files(driver_list(root))) {
+    const std::string library = library_of(file);
+    void* const loaded = ::dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL);
+    if (loaded != nullptr) {
+      ::dlclose(loaded);
+      continue;
+    }
+    const char* const problem = ::dlerror();
+    found.push_back(
+        {"library", file.string(),
+         fmt::format("the OpenCL driver that '{}' names, '{}', cannot be loaded ({}); install the "
+                     "driver again, or remove the .icd file where it is no longer wanted",
+                     file.string(), library, problem == nullptr ? "unknown reason" : problem)});
+  }
+}
+
+void add_cache(const fs::path& root, std::vector<Finding>& found) {
+  const auto is_pocl = [](const fs::path& file) {
+    return library_of(file).find("pocl") != std::string::npos;
+  };
+  if (std::ranges::none_of(driver_files(driver_list(root)), is_pocl)) return;
+  const std::string problem = unwritable_cache();
+  if (!problem.empty()) found.push_back({"cache", kernel_cache().folder.string(), problem});
+}
+
 }  // namespace
 
 std::vector<Finding> surroundings(const fs::path& root) {
@@ -175,6 +217,8 @@ std::vector<Finding> surroundings(const fs::path& root) {
   add_wsl(root, found);
   add_flatpak(root, found);
   add_drivers(root, found);
+  add_libraries(root, found);
+  add_cache(root, found);
   return found;
 }
 

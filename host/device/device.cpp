@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -52,9 +53,18 @@ constexpr const char* kInstallHint =
     "vendor's OpenCL package";
 
 /// What fits the surroundings, else what always does.
-std::string what_to_do() {
+/// @param is_any_shown whether drivers show other devices
+std::string what_to_do(bool is_any_shown) {
+  std::vector<base::Finding> findings = base::surroundings();
+  // Where a driver that is installed fails, that is why no device is shown at all.
+  const auto is_cause = [](const base::Finding& finding) {
+    return finding.kind == "library" || finding.kind == "cache";
+  };
+  if (!is_any_shown && std::ranges::any_of(findings, is_cause)) {
+    std::erase_if(findings, std::not_fn(is_cause));
+  }
   std::string text;
-  for (const base::Finding& finding : base::surroundings()) text += "\n  " + finding.text;
+  for (const base::Finding& finding : findings) text += "\n  " + finding.text;
   return text.empty() ? kInstallHint : "findings about this machine:" + text;
 }
 
@@ -62,7 +72,7 @@ DeviceInfo find_device(const std::string& wanted) {
   const device::Inventory all = device::take_inventory();
   if (all.devices.empty()) {
     throw NoDeviceError(fmt::format("no OpenCL device was found ({}); {}",
-                                    fmt::join(all.problems, "; "), what_to_do()));
+                                    fmt::join(all.problems, "; "), what_to_do(false)));
   }
   std::vector<DeviceInfo> matching = all.devices;
   std::erase_if(matching, [&](const DeviceInfo& d) {
@@ -75,7 +85,7 @@ DeviceInfo find_device(const std::string& wanted) {
   }
   for (const std::string& problem : all.problems) names += "\n  " + problem;
   throw NoDeviceError(
-      fmt::format("no device matches '{}'; there are:{}\n({})", wanted, names, what_to_do()));
+      fmt::format("no device matches '{}'; there are:{}\n({})", wanted, names, what_to_do(true)));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "base/crash_marker.hpp"
+#include "base/kernel_cache.hpp"
 #include "base/text.hpp"
 #include "device/cache_folder.hpp"
 #include "device/quirks.hpp"
@@ -28,6 +29,14 @@ std::string owner_of(const DeviceInfo& info) {
 cl::Program from_source(const cl::Context& context, const cl::Device& device,
                         const DeviceInfo& info, const std::string& name, const std::string& source,
                         const std::string& line) {
+  if (compiles_on_disk(info)) {
+    for (const auto problem : {base::unwritable_cache, base::full_cache}) {
+      if (const std::string text = problem(); !text.empty()) {
+        throw KernelBuildError(
+            fmt::format("cannot compile {} for '{}': {}", name, info.name, text));
+      }
+    }
+  }
   cl::Program built(context, source);
   if (const cl_int code = built.build(device, line.c_str()); code != CL_SUCCESS) {
     throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", name,
@@ -93,9 +102,10 @@ CountedBuilds& counted_builds() {
 [[noreturn]] void refuse_crashed(const std::string& name, const DeviceInfo& info,
                                  const std::filesystem::path& marker) {
   throw KernelBuildError(fmt::format(
-      "{} is not built for '{}' (driver {}): a process ended while this driver built it, which is "
-      "what a crash of its compiler looks like. 'qjulia doctor' tries it again in a process of its "
-      "own, and so does every command once '{}' is removed; a newer driver is tried anyway",
+      "{} is not compiled for '{}' (driver {}), because the process that tried it last ended in "
+      "the "
+      "middle: the driver's compiler has probably crashed. To try again, remove '{}', or run "
+      "'qjulia doctor', which compiles in a process of its own. A newer driver is always tried",
       name, info.name, info.driver_version, marker.string()));
 }
 

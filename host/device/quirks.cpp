@@ -15,6 +15,8 @@ int preferred_lane_width(const DeviceInfo& info, Precision precision, Layout lay
   return wide_registers && precision == Precision::single ? 16 : 8;
 }
 
+bool is_pocl(const DeviceInfo& info) { return info.platform_name == "Portable Computing Language"; }
+
 /// Work-items that sum together in local memory.
 constexpr std::size_t kOrbitGroup = 64;
 /// Side of the square of work-items that share tiles.
@@ -48,9 +50,9 @@ Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout
   return tuning;
 }
 
-bool needs_kernels_of_its_own(const DeviceInfo& info) {
-  return info.platform_name == "Portable Computing Language";
-}
+bool needs_kernels_of_its_own(const DeviceInfo& info) { return is_pocl(info); }
+
+bool compiles_on_disk(const DeviceInfo& info) { return is_pocl(info); }
 
 bool gains_by_stored_programs(const DeviceInfo& info) { return info.kind != DeviceKind::cpu; }
 

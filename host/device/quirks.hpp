@@ -27,6 +27,9 @@ std::size_t preferred_group_size(const DeviceInfo& info, int lane_width);
 /// 129 batches of three to six fits at a time ended so, and none of 275 with kernels of their own.
 bool needs_kernels_of_its_own(const DeviceInfo& info);
 
+/// Whether the driver compiles by way of files in base::kernel_cache.
+bool compiles_on_disk(const DeviceInfo& info);
+
 /// Whether loading compiled programs is faster than the driver's own way from source.
 bool gains_by_stored_programs(const DeviceInfo& info);
 

@@ -188,7 +188,12 @@ std::vector<Portal> proposed_portals(const Device& device, const Map& map,
     if (has_room(portal, portals) && stands_off(portal)) portals.push_back(portal);
   }
   if (portals.empty()) {
-    throw OptionError("size", "no copy so large fits beside the origin of iteration; give less");
+    throw OptionError(
+        "size",
+        fmt::format("there is no place for a copy of {:.3g} of the shape's size: at every tip "
+                    "it would cover the origin of iteration or stand inside the shape; "
+                    "give a smaller size, such as {:.2g}",
+                    options.size, 0.5 * options.size));
   }
   return with_room_for_copies(portals);
 }

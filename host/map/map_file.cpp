@@ -17,6 +17,7 @@
 #include "map/map_parts.hpp"
 #include "map/packed_map.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 
 namespace qjulia {
 namespace {
@@ -174,6 +175,38 @@ std::string file_text(const Map& map) {
   return text + "\n}\n";
 }
 
+/// What a file of this name is and what reads it, where it can hold no map; empty where it can.
+std::string other_use(const std::filesystem::path& path) {
+  const auto content = content_of(path);
+  if (!content || has_type(path, FileContent::map, FileUse::read)) return {};
+  constexpr const char* kForOthers =
+      "for other programs, which no command reads; give the map that it was made of";
+  switch (*content) {
+    case FileContent::mesh:
+      if (has_type(path, FileContent::mesh, FileUse::read)) {
+        return "it is a mesh: 'qjulia fit' and 'qjulia shape' make maps of meshes, and "
+               "'qjulia info' describes them";
+      }
+      return fmt::format("it is a mesh {}, or write the mesh as {}", kForOthers,
+                         extension_list(FileContent::mesh, FileUse::read));
+    case FileContent::original_map:
+      return "it is a map of the papers' programs: 'qjulia convert' makes a map file of it";
+    case FileContent::sampled_distance:
+      return "it is a distance field of the papers' programs: 'qjulia convert' makes a mesh of it";
+    case FileContent::manifest:
+      return "it is a manifest or a schedule: 'qjulia batch' reads manifests";
+    case FileContent::field:
+    case FileContent::volume:
+    case FileContent::formula:
+      return fmt::format("it is a {} {}", to_string(*content), kForOthers);
+    case FileContent::map:
+    case FileContent::picture:
+    case FileContent::report:
+      break;  // some of them hold maps
+  }
+  return {};
+}
+
 }  // namespace
 
 json to_json(const Map& map) {
@@ -260,6 +293,7 @@ Map map_from_json(const json& value, const std::string& source) {
 
 Map read_map(const std::filesystem::path& path, std::stop_token stop) {
   const std::string source = path.string();
+  if (const std::string other = other_use(path); !other.empty()) fail(source, other);
   if (map::is_map_carrier(path)) {
     const auto packed = map::packed_text_in(path, stop);
     if (!packed) {

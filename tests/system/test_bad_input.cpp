@@ -131,6 +131,22 @@ TEST_CASE("bad maps are refused") {
   check_refused(folder, {"info", absent}, "absent.qjulia.json");
 }
 
+TEST_CASE("a file that holds no map is called what it is, with what reads it") {
+  const TemporaryFolder folder;
+  for (const auto& [name, what] :
+       {std::pair{"a.usda", "a mesh for other programs, which no command reads"},
+        {"a.vdb", "a volume for other programs"},
+        {"a.npy", "a field for other programs"},
+        {"a.frag", "a formula for other programs"},
+        {"a.toml", "'qjulia batch' reads manifests"},
+        {"a.f3d", "a distance field of the papers' programs: 'qjulia convert'"},
+        {"a.o3d", "a map of the papers' programs: 'qjulia convert'"}}) {
+    const std::string file = folder.file(name, "#usda 1.0\n");
+    check_refused(folder, {"info", file}, what);
+    check_refused(folder, {"render", file, "-o", folder / "out.png"}, what);
+  }
+}
+
 TEST_CASE("bad original maps are refused") {
   const TemporaryFolder folder;
   const std::string good = qjulia::test::original_bytes(qjulia::test::small_original());

@@ -94,13 +94,42 @@ TEST_CASE("what hides the devices is named") {
       run_command({"devices"}, {.environment = {{"POCL_CACHE_DIR", "/proc/x"}}});
   CHECK(unwritable.exit_code == 3);
   CHECK_THAT(unwritable.err, ContainsSubstring("/proc/x") && ContainsSubstring("POCL_CACHE_DIR"));
-  CHECK_THAT(unwritable.err, !ContainsSubstring("install"));
+  CHECK_THAT(unwritable.err, !ContainsSubstring("install") && !ContainsSubstring("container"));
+  const qjulia::test::TemporaryFolder folder;
+  const auto icd = folder.file("absent.icd", "libno-such-driver.so.1\n");
+  const auto absent =
+      run_command({"devices"}, {.environment = {{"OCL_ICD_VENDORS", folder.path()}}});
+  CHECK(absent.exit_code == 3);
+  CHECK_THAT(absent.err, ContainsSubstring(icd) && ContainsSubstring("libno-such-driver.so.1") &&
+                             !ContainsSubstring("container"));
 #ifndef __SANITIZE_ADDRESS__  // which needs terabytes of address space
-  const auto memory = qjulia::test::run(
-      {"/bin/bash", "-c", "ulimit -v 100000; exec \"$0\" devices", QJULIA_COMMAND});
-  CHECK(memory.exit_code == 3);
-  CHECK_THAT(memory.err, ContainsSubstring("97 MiB of address space"));
+  // In 400,000 KiB PoCL ends the process, in 500,000 it waits for ever.
+  for (const auto& [kilobytes, megabytes] :
+       {std::pair{"100000", "97"}, {"400000", "390"}, {"500000", "488"}}) {
+    for (const char* command : {"devices", "info"}) {
+      CAPTURE(kilobytes, command);
+      const auto memory = qjulia::test::run(
+          {"/bin/bash", "-c", std::string("ulimit -v ") + kilobytes + "; exec \"$0\" \"$@\"",
+           QJULIA_COMMAND, command,
+           std::string(command) == "info" ? QJULIA_TEST_DATA
+               "/../../docs/maps/quadratic.qjulia.json"
+                                          : "--verbose"});
+      CHECK(memory.exit_code == (std::string(command) == "info" ? 0 : 3));
+      CHECK_THAT(memory.out + memory.err,
+                 ContainsSubstring(std::string("only ") + megabytes + " MiB of address space"));
+    }
+  }
 #endif
+}
+
+TEST_CASE("help that cannot be written is exit code 1") {
+  for (const char* words : {"--help", "--version", "help", "render --help-all", "devices"}) {
+    CAPTURE(words);
+    const auto lost = qjulia::test::run(
+        {"/bin/bash", "-c", std::string("exec \"$0\" ") + words + " > /dev/full", QJULIA_COMMAND});
+    CHECK(lost.exit_code == 1);
+    CHECK_THAT(lost.err, ContainsSubstring("cannot write to standard output: No space left"));
+  }
 }
 
 TEST_CASE("a relative folder for caches is ignored, by drivers too") {

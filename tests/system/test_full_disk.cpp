@@ -17,14 +17,17 @@ namespace {
 
 /// The command with its output on a disk of `kilobytes`, a mount that only the command and the
 /// shell around it see. Standard output ends in the names of the files that are left.
+/// @param environment settings for `env`, such as A=b
 qjulia::test::ProcessResult run_on_small_disk(const Arguments& arguments, const std::string& disk,
-                                              int kilobytes) {
+                                              int kilobytes, const Arguments& environment = {}) {
   const std::string script = "mount -t tmpfs -o size=" + std::to_string(kilobytes) +
                              "k tmpfs \"$1\" || exit 99; ls=\"$1\"; shift; \"$@\"; code=$?; "
                              "ls -A \"$ls\"; exit $code";
   Arguments command = {
       "/usr/bin/unshare", "--map-root-user", "--mount", "/bin/bash", "-c", script, "bash", disk,
-      QJULIA_COMMAND};
+      "/usr/bin/env"};
+  command.insert(command.end(), environment.begin(), environment.end());
+  command.emplace_back(QJULIA_COMMAND);
   command.insert(command.end(), arguments.begin(), arguments.end());
   return run(command);
 }
@@ -62,4 +65,16 @@ TEST_CASE("a full disk leaves nothing half-written") {
   check_nothing_left({"render", map, "--size", "160x120", "--samples", "1"}, "ball.png", 4);
   check_nothing_left({"fit", mesh, "--factors", "24", "--max-evaluations", "3"},
                      "fitted.qjulia.json", 4);
+}
+
+TEST_CASE("a full disk of the driver's cache is named, and the variable that moves it") {
+  const TemporaryFolder folder, results;
+  const auto result =
+      run_on_small_disk({"sample", QJULIA_TEST_DATA "/../../docs/maps/quadratic.qjulia.json", "-o",
+                         results / "field.npy", "--resolution", "4", "--device", "pthread"},
+                        folder / "", 64, {"POCL_CACHE_DIR=" + (folder / "")});
+  CAPTURE(result.err);
+  CHECK(result.exit_code == 1);
+  CHECK_THAT(result.err, ContainsSubstring("is full") &&
+                             ContainsSubstring("'" + (folder / "") + "' by POCL_CACHE_DIR"));
 }

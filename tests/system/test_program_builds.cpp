@@ -173,7 +173,7 @@ TEST_CASE("a build that crashed is not tried again, until it is asked for") {
     const ProcessResult refused = gpu.sample(faults);
     CAPTURE(refused.err);
     CHECK(refused.exit_code == 1);
-    CHECK_THAT(refused.err, ContainsSubstring("field.cl is not built for") &&
+    CHECK_THAT(refused.err, ContainsSubstring("field.cl is not compiled for") &&
                                 ContainsSubstring("qjulia doctor") &&
                                 ContainsSubstring(left[0].string()));
   }

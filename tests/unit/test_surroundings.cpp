@@ -29,7 +29,7 @@ struct Machine {
     if (const char* const own = std::getenv("OCL_ICD_VENDORS")) drivers = own;
     ::unsetenv("OCL_ICD_VENDORS");
     std::filesystem::permissions(root.path(), std::filesystem::perms(0755));
-    file("etc/OpenCL/vendors/some.icd", "libsome.so");
+    file("etc/OpenCL/vendors/some.icd", "libc.so.6\n");
     file("proc/version", "Linux version 6.1.0 (gcc)");
   }
   ~Machine() {
@@ -138,6 +138,34 @@ TEST_CASE("a list of drivers that is empty is named") {
   REQUIRE(own);
   CHECK_THAT(own->text, ContainsSubstring("'/no/such/folder', which OCL_ICD_VENDORS names,"));
   ::unsetenv("OCL_ICD_VENDORS");
+}
+
+TEST_CASE("a driver whose library cannot be loaded is named, and its .icd file") {
+  const Machine machine;
+  const auto file = machine.file("etc/OpenCL/vendors/other.icd", "libno-such-driver.so.1\n");
+  const auto finding = found(surroundings(machine.root.path()), "library");
+  REQUIRE(finding);
+  CHECK(finding->path == file);
+  CHECK_THAT(finding->text, ContainsSubstring("'" + file.string() + "'") &&
+                                ContainsSubstring("'libno-such-driver.so.1'") &&
+                                ContainsSubstring("No such file") &&
+                                ContainsSubstring("install the driver again"));
+}
+
+TEST_CASE("a folder that PoCL cannot write its kernels to is named, where PoCL is installed") {
+  const char* const own = std::getenv("POCL_CACHE_DIR");
+  const std::string kept = own == nullptr ? "" : own;
+  const Machine machine;
+  ::setenv("POCL_CACHE_DIR", "/proc/no-such-folder", 1);
+  CHECK(surroundings(machine.root.path()).empty());
+  machine.file("libpocl-fake.so");
+  machine.file("etc/OpenCL/vendors/pocl.icd", (machine.root / "libpocl-fake.so") + "\n");
+  const auto finding = found(surroundings(machine.root.path()), "cache");
+  own == nullptr ? ::unsetenv("POCL_CACHE_DIR") : ::setenv("POCL_CACHE_DIR", kept.c_str(), 1);
+  REQUIRE(finding);
+  CHECK(finding->path == "/proc/no-such-folder");
+  CHECK_THAT(finding->text, ContainsSubstring("'/proc/no-such-folder' by POCL_CACHE_DIR") &&
+                                ContainsSubstring("set POCL_CACHE_DIR to one"));
 }
 
 TEST_CASE("a node that may not be opened is named with its group and a command") {

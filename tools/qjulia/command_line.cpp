@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "base/text.hpp"
+#include "console.hpp"
 #include "failure.hpp"
 #include "qjulia/error.hpp"
 
@@ -480,7 +481,13 @@ std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
     app_->parse(std::move(words));
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
-    return app_->exit(error) == 0 ? kDone : kBadInput;
+    std::ostringstream help, problem;
+    const bool is_help = app_->exit(error, help, problem) == 0;
+    print_error(problem.str());
+    if (!is_help) return kBadInput;
+    std::string text = help.str();
+    if (text.ends_with('\n')) text.pop_back();
+    return print_result(text) ? kDone : kFailed;
   } catch (const BadValue& bad) {
     throw InputError(bad.option + ": " + bad.problem);
   }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 namespace qjulia::tools {
@@ -65,12 +66,7 @@ void Console::summary(const std::string& text, const nlohmann::json& object) {
 }
 
 void Console::print(const std::string& text) {
-  const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() &&
-                          std::fputc('\n', stdout) != EOF && std::fflush(stdout) == 0;
-  // A pipe's reader, such as `head`, may have had enough.
-  if (is_written || errno == EPIPE) return;
-  is_result_lost_ = true;
-  print_error("qjulia: cannot write to standard output\n");
+  if (!print_result(text)) is_result_lost_ = true;
 }
 
 void Console::progress(const Progress& progress) {
@@ -87,6 +83,15 @@ void prepare_standard_streams() {
   // Writing fails instead, and says which file.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+}
+
+bool print_result(const std::string& text) {
+  const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() &&
+                          std::fputc('\n', stdout) != EOF && std::fflush(stdout) == 0;
+  // A pipe's reader, such as `head`, may have had enough.
+  if (is_written || errno == EPIPE) return true;
+  print_error(fmt::format("qjulia: cannot write to standard output: {}\n", std::strerror(errno)));
+  return false;
 }
 
 void print_error(const std::string& text) {

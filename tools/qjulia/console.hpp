@@ -73,6 +73,10 @@ class Console {
 /// and a reader that goes away does not end the process.
 void prepare_standard_streams();
 
+/// Writes text and a line's end to standard output; where that fails, says so on standard error.
+/// @return false where the text is lost, unless its reader has closed the pipe on purpose
+bool print_result(const std::string& text);
+
 /// To standard error, as it stands.
 void print_error(const std::string& text);
 

@@ -6,51 +6,30 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
+#include <thread>
 #include <vector>
 
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
-KernelCache kernel_cache() {
-  if (const char* cache = std::getenv("POCL_CACHE_DIR")) return {"POCL_CACHE_DIR", cache};
-  if (const char* cache = std::getenv("XDG_CACHE_HOME")) {
-    return {"XDG_CACHE_HOME", std::filesystem::path(cache) / "pocl"};
-  }
-  if (const char* home = std::getenv("HOME")) {
-    return {"HOME", std::filesystem::path(home) / ".cache/pocl"};
-  }
-  return {"POCL_CACHE_DIR", std::filesystem::temp_directory_path() / "pocl"};
-}
-
 namespace {
 
-std::string cache_obstacle() {
-  const auto [variable, folder] = kernel_cache();
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  std::string problem = error ? error.message() : "";
-  if (!error && ::access(folder.c_str(), W_OK | X_OK) != 0) problem = std::strerror(errno);
-  if (problem.empty()) return {};
-  return fmt::format(
-      "the folder for compiled kernels, '{}' by {}, cannot be written ({}); set POCL_CACHE_DIR to "
-      "one that can",
-      folder.string(), variable, problem);
-}
-
+/// Too little address space, in which drivers end the process or wait for ever.
 std::string memory_obstacle() {
-  constexpr rlim_t kNeeded = rlim_t{1} << 30;
-  rlimit limit{};
-  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur >= kNeeded) return {};
+  // PoCL 3.1 with its compiler, and a thread for each core with a stack. With two cores it works in
+  // 600,000 KiB and not in 560,000.
+  constexpr rlim_t kDriver = rlim_t{576} << 20, kUsualStack = rlim_t{8} << 20;
+  rlimit limit{}, stack{};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return {};
+  const bool is_known = ::getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY;
+  const rlim_t needed =
+      kDriver + std::thread::hardware_concurrency() * (is_known ? stack.rlim_cur : kUsualStack);
+  if (limit.rlim_cur >= needed) return {};
   return fmt::format(
-      "the process may use {} MiB of address space only; raise the limit with 'ulimit -v "
-      "unlimited'",
-      limit.rlim_cur >> 20U);
+      "the process may use only {} MiB of address space, and OpenCL drivers need {}; raise the "
+      "limit with 'ulimit -v unlimited'",
+      limit.rlim_cur >> 20U, needed >> 20U);
 }
-
-}  // namespace
 
 std::string descriptor_obstacle() {
   constexpr int kNeeded = 12;
@@ -71,17 +50,15 @@ std::string descriptor_obstacle() {
                      limit.rlim_cur);
 }
 
-void expect_descriptors() {
-  if (const std::string problem = descriptor_obstacle(); !problem.empty()) {
-    throw NoDeviceError(problem);
-  }
+}  // namespace
+
+std::string limit_obstacle() {
+  const std::string descriptors = descriptor_obstacle();
+  return descriptors.empty() ? memory_obstacle() : descriptors;
 }
 
-std::string device_obstacle() {
-  for (const auto obstacle : {descriptor_obstacle, memory_obstacle, cache_obstacle}) {
-    if (std::string text = obstacle(); !text.empty()) return text;
-  }
-  return {};
+void expect_room_for_drivers() {
+  if (const std::string problem = limit_obstacle(); !problem.empty()) throw NoDeviceError(problem);
 }
 
 }  // namespace qjulia::tools

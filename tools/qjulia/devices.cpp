@@ -56,7 +56,7 @@ std::string to_text(const DeviceInfo& d, bool chosen, bool verbose) {
 }
 
 int run_devices(const DeviceChoice& wanted, Session& session) {
-  expect_descriptors();
+  expect_room_for_drivers();
   const DeviceInfo chosen = Device::choose(wanted).info();
   std::string text;
   nlohmann::json list = nlohmann::json::array();

@@ -7,7 +7,6 @@
 #include "base/text.hpp"
 #include "console.hpp"
 #include "device_obstacles.hpp"
-#include "qjulia/device.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
@@ -58,13 +57,8 @@ std::string message_of(const std::exception& error) {
   if (const auto* option = dynamic_cast<const OptionError*>(&error)) {
     return option_name(option->field()) + ": " + option->problem();
   }
-  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr) {
-    // With too few descriptors drivers are not even asked.
-    const std::string obstacle = device_obstacle();
-    if (!obstacle.empty() && (obstacle == descriptor_obstacle() || list_devices().empty())) {
-      const std::string text = "no OpenCL device can be used: " + obstacle;
-      return obstacle == error.what() ? text : text + "\n(" + base::message_of(error) + ")";
-    }
+  if (dynamic_cast<const NoDeviceError*>(&error) != nullptr && limit_obstacle() == error.what()) {
+    return "no OpenCL device can be used: " + base::message_of(error);
   }
   return base::message_of(error);
 }

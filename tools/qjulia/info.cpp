@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "commands.hpp"
+#include "device_obstacles.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "picture_note.hpp"
@@ -69,6 +70,7 @@ struct InfoArguments {
 /// without, but for what has to be computed.
 std::optional<Device> device_for(const InfoArguments& arguments, Answer& answer) {
   try {
+    expect_room_for_drivers();
     auto [device, warning] = with_cached_tuning(Device::choose(arguments.device));
     if (!warning.empty()) answer.add("note          " + warning);
     return device;

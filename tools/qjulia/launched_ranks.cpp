@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "base/kernel_cache.hpp"
 #include "device_obstacles.hpp"
 #include "failure.hpp"
 #include "qjulia/error.hpp"
@@ -94,7 +95,7 @@ LaunchedRanks::LaunchedRanks() {
   if (!is_launched()) return;
 #ifdef QJULIA_MPI
   // Before message passing starts, since that may look for OpenCL devices too.
-  const auto own = kernel_cache().folder / fmt::format("rank-{}", launched_rank());
+  const auto own = base::kernel_cache().folder / fmt::format("rank-{}", launched_rank());
   std::error_code ignored;  // PoCL says what is wrong with it
   std::filesystem::create_directories(own, ignored);
   ::setenv("POCL_CACHE_DIR", own.c_str(), 1);
@@ -154,7 +155,7 @@ std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
 }
 
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoice& wanted) {
-  expect_descriptors();
+  expect_room_for_drivers();
   const bool all = wanted.name == "all";
   const DeviceInfo first = Device::choose({all ? "" : wanted.name, wanted.layout}).info();
   std::vector<DeviceInfo> shared{first};

@@ -11,10 +11,10 @@ namespace qjulia::tools {
 
 std::vector<base::Finding> machine_findings() {
   std::vector<base::Finding> found = base::surroundings();
-  if (const std::string obstacle = device_obstacle(); !obstacle.empty()) {
+  if (const std::string obstacle = limit_obstacle(); !obstacle.empty()) {
     found.push_back({"limit", "", obstacle});
+    return found;  // drivers must not be asked
   }
-  if (!descriptor_obstacle().empty()) return found;  // drivers must not be asked
   for (const DeviceInfo& d : list_devices()) {
     if (d.same_as.empty()) continue;
     const std::string id = fmt::format("{}:{}", d.platform, d.index);

@@ -173,7 +173,7 @@ void Session::expect_right_results(const Device& device, const TrustedDevice& wa
 }
 
 Device Session::open_device(const TrustedDevice& wanted) {
-  expect_descriptors();
+  expect_room_for_drivers();
   const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);
   const bool tuned = device.is_tuned(Precision::single) || device.is_tuned(Precision::dbl);
