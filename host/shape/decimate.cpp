@@ -51,6 +51,10 @@ constexpr float kMostTurned = 30;
 /// precision, in which thinner ones may have no area.
 constexpr float kMostSlender = 1000;
 constexpr double kMeasureSlack = 0.02;
+/// The share of the error within which OpenMesh keeps vertices: between them surfaces part farther.
+constexpr double kVertexShare = 0.7;
+/// Four are usual.
+constexpr int kMostTries = 12;
 
 /// Ends the decimation when a stop is asked for.
 class StopObserver : public OpenMesh::Decimater::Observer {
@@ -96,6 +100,24 @@ class ColorAdder : public OpenMesh::Decimater::ModBaseT<Mesh> {
 
  private:
   ColorProperty sums_;
+};
+
+/// Notes into which vertex each one collapses.
+template <class Mesh>
+class CollapseNotes : public OpenMesh::Decimater::ModBaseT<Mesh> {
+ public:
+  using Base = OpenMesh::Decimater::ModBaseT<Mesh>;
+  using Handle = OpenMesh::Decimater::ModHandleT<CollapseNotes>;
+  explicit CollapseNotes(Mesh& mesh) : Base(mesh, true) {}
+
+  void note_in(std::vector<std::uint32_t>& into) { into_ = &into; }
+  void postprocess_collapse(const typename Base::CollapseInfo& collapse) override {
+    (*into_)[static_cast<std::size_t>(collapse.v0.idx())] =
+        static_cast<std::uint32_t>(collapse.v1.idx());
+  }
+
+ private:
+  std::vector<std::uint32_t>* into_ = nullptr;
 };
 
 /// The colours of `mesh` as a property of its half-edge mesh.
@@ -173,8 +195,8 @@ TriangleMesh collected(HalfEdgeMesh& mesh) {
   return result;
 }
 
-/// Prevents collapses into locked vertices: two blocks could otherwise make the same edge between
-/// two vertices of their seam.
+/// Prevents collapses into vertices of a seam: two blocks could otherwise make the same edge
+/// between two vertices of their seam.
 template <class Mesh>
 class SeamKeeper : public OpenMesh::Decimater::ModBaseT<Mesh> {
  public:
@@ -182,16 +204,41 @@ class SeamKeeper : public OpenMesh::Decimater::ModBaseT<Mesh> {
   using Handle = OpenMesh::Decimater::ModHandleT<SeamKeeper>;
   explicit SeamKeeper(Mesh& mesh) : Base(mesh, true) {}
 
+  void keep(const std::vector<bool>& seam) { seam_ = &seam; }
   float collapse_priority(const typename Base::CollapseInfo& collapse) override {
-    return Base::mesh().status(collapse.v1).locked() ? float{Base::ILLEGAL_COLLAPSE}
-                                                     : float{Base::LEGAL_COLLAPSE};
+    return (*seam_)[static_cast<std::size_t>(collapse.v1.idx())] ? float{Base::ILLEGAL_COLLAPSE}
+                                                                 : float{Base::LEGAL_COLLAPSE};
   }
+
+ private:
+  const std::vector<bool>* seam_ = nullptr;
 };
 
-/// @param seam marks vertices to leave alone; or empty.
-TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options,
-                               const std::vector<bool>& seam, const std::stop_token& stop) {
+/// Vertices that a decimation leaves where they are; each list is empty or has all vertices.
+struct FixedVertices {
+  std::vector<bool> seam;  ///< shared with another block: nothing collapses into these either
+  std::vector<bool> held;
+};
+
+/// What became of a mesh, and of its vertices.
+struct Collapsed {
+  TriangleMesh mesh;
+  std::vector<std::uint32_t> kept;  ///< for each vertex of the result: its number before
+  std::vector<std::uint32_t> into;  ///< for each vertex before: itself if it was kept, else the one
+                                    ///< into which it went, which may have gone into another
+};
+
+Collapsed decimated_at_once(TriangleMesh mesh, const DecimateOptions& options,
+                            const FixedVertices& fixed, const std::stop_token& stop) {
   HalfEdgeMesh half_edges = half_edges_of(mesh, stop);
+  OpenMesh::VPropHandleT<std::uint32_t> numbers;
+  half_edges.add_property(numbers);
+  Collapsed found;
+  found.into.resize(mesh.vertices.size());
+  std::iota(found.into.begin(), found.into.end(), 0U);
+  for (const auto vertex : half_edges.vertices()) {
+    half_edges.property(numbers, vertex) = static_cast<std::uint32_t>(vertex.idx());
+  }
   const bool has_normals = !mesh.normals.empty();
   std::optional<ColorProperty> colors;
   if (!mesh.colors.empty()) colors = add_colors(mesh, half_edges);
@@ -215,10 +262,19 @@ TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options
     decimater.module(bound).set_tolerance(*options.error);
   }
   SeamKeeper<HalfEdgeMesh>::Handle keeper;
-  if (!seam.empty()) decimater.add(keeper);
-  for (std::size_t v = 0; v < seam.size(); ++v) {
-    half_edges.status(OpenMesh::VertexHandle(static_cast<int>(v))).set_locked(seam[v]);
+  if (!fixed.seam.empty()) {
+    decimater.add(keeper);
+    decimater.module(keeper).keep(fixed.seam);
   }
+  for (const std::vector<bool>* locked : {&fixed.seam, &fixed.held}) {
+    for (std::size_t v = 0; v < locked->size(); ++v) {
+      if ((*locked)[v])
+        half_edges.status(OpenMesh::VertexHandle(static_cast<int>(v))).set_locked(true);
+    }
+  }
+  CollapseNotes<HalfEdgeMesh>::Handle notes;
+  decimater.add(notes);
+  decimater.module(notes).note_in(found.into);
   ColorAdder<HalfEdgeMesh>::Handle adder;
   if (colors) {
     decimater.add(adder);
@@ -230,52 +286,100 @@ TriangleMesh decimated_at_once(TriangleMesh mesh, const DecimateOptions& options
   decimater.decimate_to_faces(0, options.most.value_or(0));
   throw_if_stopped(stop);
 
-  TriangleMesh result = collected(half_edges);
-  if (has_normals) result.normals = normals_of(result);
-  if (colors) {
-    for (const auto vertex : half_edges.vertices()) {
-      result.colors.push_back(half_edges.property(*colors, vertex).mean());
-    }
+  found.mesh = collected(half_edges);
+  if (has_normals) found.mesh.normals = normals_of(found.mesh);
+  for (const auto vertex : half_edges.vertices()) {
+    found.kept.push_back(half_edges.property(numbers, vertex));
+    if (colors) found.mesh.colors.push_back(half_edges.property(*colors, vertex).mean());
   }
-  return result;
+  return found;
 }
 
-/// The farthest of the middles of the mesh's triangles and edges from a surface.
-double farthest_middle(const TriangleMesh& mesh, const shape::TriangleTree& surface,
-                       const std::stop_token& stop) {
+/// How far the middles of a mesh's triangles and of their edges are from another surface.
+struct MiddleDistances {
   double farthest = 0;
+  std::vector<std::size_t> too_far;  ///< the triangles that have a middle beyond the limit
+};
+
+MiddleDistances middle_distances(const TriangleMesh& mesh, const shape::TriangleTree& surface,
+                                 double limit, const std::stop_token& stop) {
+  MiddleDistances found;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % kCollapsesPolled == 0) throw_if_stopped(stop);
     const auto& [a, b, c] = mesh.triangles[t];
     const auto& x = mesh.vertices;
     const std::array<Eigen::Vector3d, 4> middles{(x[a] + x[b]) / 2, (x[b] + x[c]) / 2,
                                                  (x[c] + x[a]) / 2, (x[a] + x[b] + x[c]) / 3};
+    double distance = 0;
     for (const Eigen::Vector3d& middle : middles) {
-      farthest = std::max(farthest, surface.nearest(middle, kMeasureSlack).distance);
+      distance = std::max(distance, surface.nearest(middle, kMeasureSlack).distance);
     }
+    if (distance > limit) found.too_far.push_back(t);
+    found.farthest = std::max(found.farthest, distance);
   }
-  return farthest;
+  return found;
 }
 
-/// Decimates with ever smaller errors until the midpoints of triangles and edges, of the mesh and
-/// of the result, are within the error of the other surface. Returns the mesh itself if this fails.
-TriangleMesh decimated_within_error(const TriangleMesh& mesh, DecimateOptions options,
-                                    const std::vector<bool>& seam, const std::stop_token& stop) {
+/// Holds the corners of a mesh's triangles.
+void hold_corners(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles,
+                  std::vector<bool>& held) {
+  for (const std::size_t t : triangles) {
+    for (const std::uint32_t v : mesh.triangles[t]) held[v] = true;
+  }
+}
+
+/// Holds all vertices that went into the corners of the result's triangles.
+void hold_collapsed(Collapsed& result, const std::vector<std::size_t>& triangles,
+                    std::vector<bool>& held) {
+  std::vector<bool> is_wrong(held.size());
+  for (const std::size_t t : triangles) {
+    for (const std::uint32_t v : result.mesh.triangles[t]) is_wrong[result.kept[v]] = true;
+  }
+  for (std::size_t v = 0; v < held.size(); ++v) {
+    std::uint32_t last = result.into[v];
+    while (result.into[last] != last) last = result.into[last];
+    result.into[v] = last;
+    if (is_wrong[last]) held[v] = true;
+  }
+}
+
+/// A decimated mesh, and the farthest measured distance from the one before; 0 if no error is
+/// given.
+struct Measured {
+  TriangleMesh mesh;
+  double farthest = 0;
+};
+
+/// Decimates, and measures from the midpoints of triangles and edges, of the mesh and of the
+/// result, to the other surface. Where that is beyond the error, the vertices are held, and the
+/// mesh is decimated again. What is held looks as before, so that this ends; few vertices are held
+/// if the surface is smooth, and many if it is as rough as the error.
+Measured decimated_within_error(TriangleMesh mesh, DecimateOptions options, FixedVertices fixed,
+                                const std::stop_token& stop) {
   const double error = *options.error;
   const shape::TriangleTree before(mesh, stop);
-  for (const double share : {0.7, 0.4, 0.2, 0.1}) {
-    options.error = share * error;
-    TriangleMesh result = decimated_at_once(mesh, options, seam, stop);
-    if (farthest_middle(result, before, stop) > error) continue;
-    if (farthest_middle(mesh, shape::TriangleTree(result, stop), stop) <= error) return result;
+  options.error = kVertexShare * error;
+  fixed.held.resize(mesh.vertices.size());
+  for (int i = 0; i < kMostTries; ++i) {
+    Collapsed result = decimated_at_once(mesh, options, fixed, stop);
+    const MiddleDistances back = middle_distances(result.mesh, before, error, stop);
+    const MiddleDistances there =
+        middle_distances(mesh, shape::TriangleTree(result.mesh, stop), error, stop);
+    if (back.too_far.empty() && there.too_far.empty()) {
+      return {std::move(result.mesh), std::max(back.farthest, there.farthest)};
+    }
+    hold_collapsed(result, back.too_far, fixed.held);
+    hold_corners(mesh, there.too_far, fixed.held);
   }
-  return mesh;
+  return {std::move(mesh), 0};
 }
 
-TriangleMesh decimated_as_asked(TriangleMesh mesh, const DecimateOptions& options,
-                                const std::vector<bool>& seam, const std::stop_token& stop) {
-  if (options.error) return decimated_within_error(mesh, options, seam, stop);
-  return decimated_at_once(std::move(mesh), options, seam, stop);
+Measured decimated_as_asked(TriangleMesh mesh, const DecimateOptions& options, FixedVertices fixed,
+                            const std::stop_token& stop) {
+  if (options.error) {
+    return decimated_within_error(std::move(mesh), options, std::move(fixed), stop);
+  }
+  return {decimated_at_once(std::move(mesh), options, fixed, stop).mesh, 0};
 }
 
 /// Divides the triangles into blocks of equal size, side by side along the longest side.
@@ -369,8 +473,8 @@ TriangleMesh shape::decimated_in_blocks(TriangleMesh mesh, const DecimateOptions
   for (std::vector<Triangle>& triangles : blocks) {
     MeshBlock block = block_of(mesh, triangles, seam, numbers);
     const std::size_t fixed = block.seam.size();
-    std::vector<bool> locked(block.mesh.vertices.size());
-    std::fill_n(locked.begin(), fixed, true);
+    FixedVertices locked{std::vector<bool>(block.mesh.vertices.size()), {}};
+    std::fill_n(locked.seam.begin(), fixed, true);
     DecimateOptions share = options;
     if (options.most) {
       const double part = static_cast<double>(triangles.size()) / static_cast<double>(before);
@@ -378,7 +482,8 @@ TriangleMesh shape::decimated_in_blocks(TriangleMesh mesh, const DecimateOptions
                             static_cast<std::size_t>(part * static_cast<double>(*options.most)));
     }
     std::vector<Triangle>().swap(triangles);
-    const TriangleMesh part = decimated_as_asked(std::move(block.mesh), share, locked, stop);
+    const TriangleMesh part =
+        decimated_as_asked(std::move(block.mesh), share, std::move(locked), stop).mesh;
     // The seam's are never collapsed and come first, so that they keep their numbers.
     std::vector<std::uint32_t> places(part.vertices.size());
     for (std::size_t v = 0; v < places.size(); ++v) {
@@ -407,21 +512,39 @@ void DecimateOptions::validate() const {
   if (error) base::expect_positive("error", *error);
 }
 
-TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
-                       const std::stop_token& stop) {
+Decimation decimate(TriangleMesh mesh, const DecimateOptions& options,
+                    const std::stop_token& stop) {
   mesh.validate();
   options.validate();
+  DecimationReport report{.before = mesh.triangles.size()};
   const std::size_t most = options.most.value_or(0);
-  if (mesh.triangles.size() <= most) return mesh;
   DecimateOptions left = options;
   if (mesh.triangles.size() > kMostInABlock && most < mesh.triangles.size() / kLeftToChoose) {
     if (left.error) *left.error /= 2;
     DecimateOptions first = left;
     if (first.most) *first.most *= kLeftToChoose;
     mesh = shape::decimated_in_blocks(std::move(mesh), first, kMostInABlock, stop);
+    report.farthest = left.error.value_or(0);
   }
-  if (mesh.triangles.size() <= most) return mesh;
-  return decimated_as_asked(std::move(mesh), left, {}, stop);
+  if (mesh.triangles.size() > most) {
+    Measured found = decimated_as_asked(std::move(mesh), left, {}, stop);
+    mesh = std::move(found.mesh);
+    report.farthest += found.farthest;
+  }
+  report.after = mesh.triangles.size();
+  if (report.before <= most) {
+    report.end = DecimationEnd::none;
+  } else if (report.after <= most) {
+    report.end = DecimationEnd::number;
+  } else {
+    report.end = options.error ? DecimationEnd::error : DecimationEnd::folds;
+  }
+  return {std::move(mesh), report};
+}
+
+TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
+                       const std::stop_token& stop) {
+  return decimate(std::move(mesh), options, stop).mesh;
 }
 
 TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_token& stop) {

@@ -17,6 +17,26 @@ struct DecimateOptions {
   void validate() const;  ///< @throws OptionError also where neither is given
 };
 
+/// Why a decimation ended.
+enum class DecimationEnd {
+  none,    ///< there was nothing to do: the mesh is small enough
+  number,  ///< of triangles
+  error,   ///< any further collapse would exceed it
+  folds    ///< any further collapse would fold the surface, or leave a sliver
+};
+
+struct DecimationReport {
+  std::size_t before = 0, after = 0;  ///< triangles
+  DecimationEnd end = DecimationEnd::none;
+  double farthest = 0;  ///< if an error is given: mesh and result are at most so far apart, where
+                        ///< that is measured
+};
+
+struct Decimation {
+  TriangleMesh mesh;
+  DecimationReport report;
+};
+
 /// Collapses edges, the least harmful first, until no more than `most` triangles are left. An edge
 /// does as little harm as the sum of squared distances of its new vertex to the planes of the
 /// triangles that went into it is small (Garland and Heckbert 1997); a collapse that would fold the
@@ -27,9 +47,9 @@ struct DecimateOptions {
 ///
 /// If an error is given, a collapse that would take a vertex of the mesh too far from the surface
 /// is left out. Then distances are measured from the midpoints of all triangles and edges of the
-/// mesh to the result, and from those of the result to the mesh. If one exceeds the error, the mesh
-/// is decimated again with a smaller error, up to four times in all; if that does not help, the
-/// mesh is returned unchanged. Vertices of the result are vertices of the mesh.
+/// mesh to the result, and from those of the result to the mesh. Where one exceeds the error, the
+/// mesh's vertices are held, and it is decimated again, up to twelve times in all; if that does not
+/// help, the mesh is returned unchanged. Vertices of the result are vertices of the mesh.
 ///
 /// A mesh of more than two million triangles is decimated in blocks first, with half of the error
 /// and with the vertices on the borders of blocks kept fixed, and then as a whole. In addition to
@@ -37,10 +57,14 @@ struct DecimateOptions {
 /// three times `most` triangles.
 /// @throws InputError where an edge has more than two triangles or is badly oriented; OptionError;
 ///   Interrupted.
+Decimation decimate(TriangleMesh mesh, const DecimateOptions& options,
+                    const std::stop_token& stop = {});
+
+/// The same, without the report.
 TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
                        const std::stop_token& stop = {});
 
-/// The same, by number alone.
+/// By number alone.
 TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_token& stop = {});
 
 }  // namespace qjulia

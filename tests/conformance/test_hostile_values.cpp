@@ -301,7 +301,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("kept_of", [&] { FigureSink().kept_of(mesh); });
   use("large_components", [&] { large_components(mesh, 0.5); });
   use("decimated", [&] { decimated(mesh, 3); });
-  use("decimated within an error", [&] { decimated(mesh, {std::nullopt, 0.1}); });
+  use("decimate", [&] { decimate(mesh, {std::nullopt, 0.1}); });
   use("made_printable", [&] {
     made_printable(mesh, {.height = 2, .min_wall = 1, .flat_foot = 0.1});
     made_printable(mesh, {.longest = 2, .shell = 0.5, .drain = 0.3});

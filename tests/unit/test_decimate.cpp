@@ -95,6 +95,29 @@ TEST_CASE("a decimated mesh stays within the error, both ways") {
   CHECK(decimated(torus, {20'000, 0.016}).triangles.size() > 19'990);
 }
 
+TEST_CASE("a surface as rough as the error loses triangles where it is smoother than that") {
+  // One half of this sphere is smooth, and the vertices of the other are off it by up to 0.03.
+  TriangleMesh sphere = shapes::sphere(5);
+  for (std::size_t v = 0; v < sphere.vertices.size(); ++v) {
+    if (sphere.vertices[v].z() <= 0) continue;
+    sphere.vertices[v] *= 1 + 0.03 * std::sin(7919.0 * static_cast<double>(v));
+  }
+  constexpr double kError = 0.01;
+  const Decimation found = decimate(sphere, {std::nullopt, kError});
+  CHECK(inspect(found.mesh).closed());
+  CHECK(found.report.end == DecimationEnd::error);
+  CHECK(found.report.before == sphere.triangles.size());
+  CHECK(found.report.after == found.mesh.triangles.size());
+  CHECK(10 * found.report.after < 7 * found.report.before);
+  CHECK(found.report.farthest <= kError);
+  CHECK(farthest(sphere, found.mesh) <= 1.1 * kError);
+  CHECK(farthest(found.mesh, sphere) <= 1.1 * kError);
+  // Whichever limit is reached first ends it.
+  CHECK(decimate(sphere, {18'000, kError}).report.end == DecimationEnd::number);
+  CHECK(decimate(sphere, {20, kError}).report.end == DecimationEnd::error);
+  CHECK(decimate(sphere, {30'000, kError}).report.end == DecimationEnd::none);
+}
+
 TEST_CASE("blocks fit together") {
   TriangleMesh torus = shapes::torus(1, 0.35, 128, 64);
   torus.colors.assign(torus.vertices.size(), {1, 2, 3});
