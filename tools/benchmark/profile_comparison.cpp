@@ -122,8 +122,8 @@ double at_share(std::vector<double> values, double share) {
 }
 
 bool has_cpu_seconds(const Profile& profile) {
-  return std::ranges::all_of(profile.kernels, &std::optional<TimedRuns>::has_value,
-                             &KernelRuns::by_cpu);
+  return std::ranges::all_of(profile.kernels,
+                             [](const KernelRuns& kernel) { return kernel.by_cpu.has_value(); });
 }
 
 std::vector<double> limits_of(const Profile& profile, Clock clock) {
