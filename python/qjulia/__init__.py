@@ -16,10 +16,10 @@ from ._core import (
     OutputError,
     __version__,
 )
-from ._device import Device, devices
+from ._device import Device, DeviceInfo, devices
 from ._energy import Energy
 from ._fitting import Fit, FitResult, StageReport, fit, shape
-from ._map import Map, compare, quadratic_map, render, save_png
+from ._map import Comparison, Map, compare, quadratic_map, render, save_png
 from ._mesh import Surface, read_mesh, sample_surface, signed_distance
 
 
@@ -29,8 +29,10 @@ def load(path):
 
 
 __all__ = [
+    "Comparison",
     "Device",
     "DeviceError",
+    "DeviceInfo",
     "Energy",
     "Error",
     "Fit",

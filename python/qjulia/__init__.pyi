@@ -12,6 +12,7 @@ from typing import (
     Sequence,
     SupportsIndex,
     Tuple,
+    TypedDict,
     Union,
     overload,
 )
@@ -20,8 +21,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "Comparison",
     "Device",
     "DeviceError",
+    "DeviceInfo",
     "Energy",
     "Error",
     "Fit",
@@ -85,16 +88,41 @@ class NoDeviceError(Error, RuntimeError): ...
 class DeviceError(Error, RuntimeError): ...
 class KernelBuildError(Error, RuntimeError): ...
 
+class DeviceInfo(TypedDict):
+    id: str
+    kind: str
+    name: str
+    vendor: str
+    platform: str
+    driver: str
+    opencl: str
+    compute_units: int
+    clock_mhz: int
+    native_float_lanes: int
+    global_memory: int
+    largest_allocation: int
+    local_memory: int
+    largest_work_group: int
+    double_precision: bool
+    shares_memory: bool
+    draws_screen: bool
+    pci_address: Optional[str]
+    uuid: Optional[str]
+    estimated_speed: float
+    rank: int
+    same_as: Optional[str]
+    layout: str
+
 class Device:
     def __init__(self, name: str = ..., *, layout: str = ..., tuned: bool = ...) -> None: ...
     @property
     def name(self) -> str: ...
     @property
-    def info(self) -> Dict[str, Any]: ...
+    def info(self) -> DeviceInfo: ...
     @property
     def layout(self) -> str: ...
 
-def devices() -> List[Dict[str, Any]]: ...
+def devices() -> List[DeviceInfo]: ...
 
 class Surface(NamedTuple):
     vertices: _Doubles
@@ -292,8 +320,8 @@ class Map:
     def without_paint(self) -> Map: ...
     def without_portals(self) -> Map: ...
     @property
-    def provenance(self) -> Any: ...
-    def with_provenance(self, provenance: Any) -> Map: ...
+    def provenance(self) -> Dict[str, Any]: ...
+    def with_provenance(self, provenance: Dict[str, Any]) -> Map: ...
     @property
     def kind(self) -> str: ...
     @property
@@ -397,6 +425,20 @@ def render(
     precision: _Precision = ...,
 ) -> Tuple[_Bytes, Dict[str, _Singles]]: ...
 def save_png(image: _Bytes, path: _Path, *, map: Optional[Map] = ...) -> None: ...
+class _Figures(TypedDict):
+    n: int
+    iou: float
+    mean_distance: float
+    distance_95: float
+    hausdorff_distance: float
+    energy: float
+    roughness: float
+    slope_variation: float
+
+class Comparison(_Figures, total=False):
+    limbs: int
+    limbs_kept: int
+
 @overload
 def compare(
     map: Map,
@@ -411,7 +453,7 @@ def compare(
     limbs: bool = ...,
     escape: Optional[float] = ...,
     precision: _Precision = ...,
-) -> List[Dict[str, Any]]: ...
+) -> List[Comparison]: ...
 @overload
 def compare(
     map: Map,
@@ -426,7 +468,7 @@ def compare(
     limbs: bool = ...,
     escape: Optional[float] = ...,
     precision: _Precision = ...,
-) -> List[Dict[str, Any]]: ...
+) -> List[Comparison]: ...
 @dataclass(frozen=True)
 class StageReport:
     name: str

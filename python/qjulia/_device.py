@@ -6,7 +6,41 @@ import json
 import threading
 import warnings
 
+from typing import TypedDict
+
 from . import _core
+
+
+class DeviceInfo(TypedDict):
+    """What OpenCL says of a device: a dict, as `devices` and `Device.info` give it.
+
+    Sizes are bytes. "pci_address" and "uuid" are None where the driver does not report them, and
+    "same_as" is the "id" of the same GPU on another platform.
+    """
+
+    id: str
+    kind: str
+    name: str
+    vendor: str
+    platform: str
+    driver: str
+    opencl: str
+    compute_units: int
+    clock_mhz: int
+    native_float_lanes: int
+    global_memory: int
+    largest_allocation: int
+    local_memory: int
+    largest_work_group: int
+    double_precision: bool
+    shares_memory: bool
+    draws_screen: bool
+    pci_address: str | None
+    uuid: str | None
+    estimated_speed: float
+    rank: int
+    same_as: str | None
+    layout: str
 
 
 class Device:
@@ -56,7 +90,7 @@ class Device:
 
     @property
     def info(self):
-        """What OpenCL says of the device: kind, vendor, driver, memory and more, as a dict."""
+        """What OpenCL says of the device, a `DeviceInfo`."""
         return dict(self._info)
 
     @property
@@ -73,8 +107,8 @@ def devices():
 
     Returns
     -------
-    list of dict
-        As `Device.info`; the ``"id"`` of each is a name for `Device`.
+    list of DeviceInfo
+        The ``"id"`` of each is a name for `Device`.
     """
     return json.loads(_core.list_devices())
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import operator
 import textwrap
+from typing import TypedDict
 
 import numpy as np
 
@@ -25,6 +26,47 @@ def _described(rows):
             )
         )
     return "\n".join(lines)
+
+
+_DEEPEST = 60
+"""Files of maps that are nested a little deeper than this are refused when they are read."""
+
+
+def _expect_json(value, at, depth):
+    """Raises InputError where a map's file could not hold the value at this place."""
+
+    def refuse(problem, advice):
+        raise _core.InputError(f"{at} is {problem}; {advice}")
+
+    if value is None or isinstance(value, bool):
+        return
+    if isinstance(value, str):
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            refuse(f"{value!a}, which is no Unicode text", "leave it out or repair it")
+    elif isinstance(value, (int, float)):
+        try:
+            finite = np.isfinite(float(value))
+        except OverflowError:
+            refuse("a whole number above 1.7e308", "give it as a string")
+        if not finite:
+            refuse(f"{value}, and JSON has finite numbers only", "leave it out, or give a string")
+    elif isinstance(value, (dict, list, tuple)):
+        if depth > _DEEPEST:
+            refuse(f"nested more than {_DEEPEST} levels deep", "make it flatter")
+        pairs = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, member in pairs:
+            if not (key is None or isinstance(key, (str, int, float))):
+                refuse(f"a dict with the key {key!r}", "keys must be strings or numbers")
+            if isinstance(key, str):
+                _expect_json(key, f"a key of {at}", depth)
+            _expect_json(member, f"{at}[{key!r}]", depth + 1)
+    else:
+        refuse(
+            f"of the type {type(value).__name__}, which JSON does not have",
+            "give None, a bool, a number, a string, a list or a dict",
+        )
 
 
 class Map:
@@ -389,11 +431,27 @@ InputError
 
     @property
     def provenance(self):
-        """How the map came about, as the file says it: any JSON, mostly a dict. It is a copy."""
+        """How the map came about, as the file says it: a dict of JSON's types. It is a copy."""
         return json.loads(self._core.provenance())
 
     def with_provenance(self, provenance):
-        """The map with this provenance, of which JSON can be made."""
+        """The map with this provenance.
+
+        Parameters
+        ----------
+        provenance : dict
+            Of which JSON can be made.
+
+        Raises
+        ------
+        InputError
+            If it is no dict, or JSON cannot be made of a value in it; the message names its key.
+        """
+        if not isinstance(provenance, dict):
+            raise _core.InputError(
+                f"provenance must be a dict, not {type(provenance).__name__}; give one"
+            )
+        _expect_json(provenance, "provenance", 1)
         return Map._of(self._core.with_provenance(json.dumps(provenance)))
 
     @property
@@ -601,6 +659,28 @@ def save_png(image, path, *, map=None):
         file.write(data)
 
 
+class _Figures(TypedDict):
+    n: int
+    iou: float
+    mean_distance: float
+    distance_95: float
+    hausdorff_distance: float
+    energy: float
+    roughness: float
+    slope_variation: float
+
+
+class Comparison(_Figures, total=False):
+    """How well a map's set fits a mesh at one number of iterations: a dict, as `compare` gives it.
+
+    Distances are fractions of the mesh's box diagonal. "limbs" and "limbs_kept" are there only
+    where they were asked for. Figures that are undefined are NaN.
+    """
+
+    limbs: int
+    limbs_kept: int
+
+
 def compare(map, mesh, faces=None, *, n=(1, 6), device=None, on_progress=None, **options):
     """How well a map's set fits a mesh.
 
@@ -624,10 +704,8 @@ def compare(map, mesh, faces=None, *, n=(1, 6), device=None, on_progress=None, *
 
     Returns
     -------
-    list of dict
-        One for each n, in the order given: "n", "iou", "mean_distance", "distance_95",
-        "hausdorff_distance" (fractions of the mesh's box diagonal), "energy", "roughness" and
-        "slope_variation". Figures that are undefined are NaN. pandas makes a table of it.
+    list of Comparison
+        One for each n, in the order given. pandas makes a table of it.
     """
     if not isinstance(map, Map):
         raise TypeError(f"map must be a Map, not {type(map).__name__}")

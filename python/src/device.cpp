@@ -4,6 +4,7 @@
 
 #include "keywords.hpp"
 #include "qjulia/tuning_cache.hpp"
+#include "unlocked.hpp"
 
 namespace py = pybind11;
 
@@ -13,7 +14,7 @@ namespace {
 /// The device, with the settings that were tuned for it, as the command takes it; and a warning.
 py::tuple opened(const std::string& name, const std::string& layout, bool tuned) {
   CachedTuning found = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     Device device = Device::choose({name, layout});
     return tuned ? with_cached_tuning(device) : CachedTuning{std::move(device), ""};
   }();
@@ -21,7 +22,7 @@ py::tuple opened(const std::string& name, const std::string& layout, bool tuned)
 }
 
 std::string list_text() {
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   nlohmann::json all = nlohmann::json::array();
   for (const DeviceInfo& info : list_devices()) all.push_back(to_json(info));
   return all.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -36,7 +37,7 @@ DeviceUse::DeviceUse(const OpenDevice& device) : in_use_(device.in_use) {
   while (true) {
     bool is_mine = false;
     {
-      const py::gil_scoped_release release;
+      const Unlocked unlocked;
       is_mine = in_use_->try_lock_for(kBetweenLooks);
     }
     if (is_mine) return;

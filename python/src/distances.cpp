@@ -6,6 +6,7 @@
 #include "keywords.hpp"
 #include "parts.hpp"
 #include "qjulia/shape.hpp"
+#include "unlocked.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -42,7 +43,7 @@ py::tuple points_on(const TriangleMesh& mesh, const py::object& count, const py:
   std::uint64_t drawn_with = 1;
   read(seed, "seed", drawn_with);
   const std::vector<SurfacePoint> found = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return sample_surface(mesh, static_cast<std::size_t>(wanted), drawn_with);
   }();
   std::vector<Eigen::Vector3d> positions, normals;

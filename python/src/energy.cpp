@@ -8,6 +8,7 @@
 #include "map.hpp"
 #include "parts.hpp"
 #include "points.hpp"
+#include "unlocked.hpp"
 
 namespace py = pybind11;
 
@@ -35,7 +36,7 @@ class PythonEnergy {
       };
     }
     const DeviceUse use(device_);
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     energy_.emplace(device_.device, map.map, samples, options);
   }
 
@@ -47,7 +48,7 @@ class PythonEnergy {
     const std::vector<double> unknowns = numbers_for(x, "x", size());
     const DeviceUse use(device_);
     prepare_loss(unknowns);
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return energy_->value(unknowns);
   }
 
@@ -57,7 +58,7 @@ class PythonEnergy {
     const DeviceUse use(device_);
     prepare_loss(unknowns);
     const double energy = [&] {
-      const py::gil_scoped_release release;
+      const Unlocked unlocked;
       return energy_->value_and_gradient(unknowns, gradient);
     }();
     const auto length = static_cast<py::ssize_t>(gradient.size());
@@ -76,7 +77,7 @@ class PythonEnergy {
 
  private:
   std::vector<double> field_at(const std::vector<double>& unknowns) const {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return energy_->field_at(unknowns);
   }
 

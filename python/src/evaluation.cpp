@@ -9,6 +9,7 @@
 #include "parts.hpp"
 #include "points.hpp"
 #include "qjulia/sample.hpp"
+#include "unlocked.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -33,7 +34,7 @@ std::shared_ptr<const Field> field_of(KeptMap& self, const OpenDevice& device, P
     return kept.field;
   }
   auto field = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return std::make_shared<const Field>(device.device, self.map, precision,
                                          StopRadii{.escape = escape});
   }();
@@ -70,7 +71,7 @@ auto evaluated(KeptMap& self, const OpenDevice& device, const Query& asked,
   }
   const DeviceUse use(device);
   const auto field = field_of(self, device, asked.precision, asked.escape);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return evaluate(*field);
 }
 

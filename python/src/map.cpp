@@ -8,6 +8,7 @@
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "unlocked.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -24,19 +25,19 @@ std::string text_of(const nlohmann::json& json) {
 MapPointer load(const py::object& file) {
   std::filesystem::path path;
   read(file, "path", path);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return kept(read_map(path));
 }
 
 void save(const KeptMap& self, const py::object& file) {
   std::filesystem::path path;
   read(file, "path", path);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   write_map(self.map, path);
 }
 
 MapPointer from_text(const std::string& text) {
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   nlohmann::json json;
   try {
     json = nlohmann::json::parse(text);
@@ -48,7 +49,7 @@ MapPointer from_text(const std::string& text) {
 
 /// All that decides about the map's set and where it lies, as text.
 std::string content_of(const KeptMap& self) {
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   Map map = self.map;
   map.provenance = {};
   return text_of(to_json(map));
@@ -78,7 +79,7 @@ MapPointer with_factors(const KeptMap& self, const py::object& given, const py::
 
 MapPointer with_provenance(const KeptMap& self, const std::string& text) {
   Map map = self.map;
-  map.provenance = nlohmann::json::parse(text);
+  map.provenance = nlohmann::json::parse(text);  // the caller has checked it
   return kept(std::move(map));
 }
 

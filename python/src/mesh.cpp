@@ -8,6 +8,7 @@
 #include "keywords.hpp"
 #include "map.hpp"
 #include "qjulia/map_file.hpp"
+#include "unlocked.hpp"
 
 namespace py = pybind11;
 
@@ -58,7 +59,7 @@ py::tuple read_file(const py::object& file) {
   std::filesystem::path path;
   read(file, "path", path);
   InspectedMesh found = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return read_and_inspect_mesh(path);
   }();
   return tuple_of(std::move(found));
@@ -66,7 +67,7 @@ py::tuple read_file(const py::object& file) {
 
 py::tuple as_of_a_file(const TriangleMesh& mesh) {
   InspectedMesh found = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return as_if_read(mesh);
   }();
   return tuple_of(std::move(found));
@@ -78,7 +79,7 @@ void write_file(const TriangleMesh& mesh, const py::object& file, const py::obje
   read(file, "path", path);
   std::optional<UpAxis> axis;
   if (!up.is_none()) read(up, "up", axis);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   mesh.validate();
   MeshFileOptions options;
   options.up = axis;

@@ -5,11 +5,13 @@
 #include "mesh.hpp"
 #include "parts.hpp"
 #include "qjulia/version.hpp"
+#include "unlocked.hpp"
 
 PYBIND11_MODULE(_core, module) {
   using namespace qjulia::python;
   module.attr("__version__") = qjulia::version();
   add_errors(module);
+  add_end_of_work(module);
   add_device(module);
   add_mesh(module);
   add_map(module);

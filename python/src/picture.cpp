@@ -10,6 +10,7 @@
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
+#include "unlocked.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -233,7 +234,7 @@ py::bytes png_of(const py::object& given, const KeptMap* map) {
     if (channels == 4) image.alpha.push_back(pixel[3]);
   }
   const std::string file = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return png_bytes(image, {}, Packing::small, map == nullptr ? "" : packed_map(map->map));
   }();
   return file;

@@ -3,6 +3,8 @@
 #include <thread>
 #include <utility>
 
+#include "unlocked.hpp"
+
 namespace py = pybind11;
 
 namespace qjulia::python {
@@ -32,6 +34,7 @@ void Watcher::on_caller(const std::function<void()>& call) {
 void Watcher::run(const OpenDevice& device, const std::function<void()>& work) {
   {
     const DeviceUse use(device);
+    const std::stop_callback at_end(end_of_python(), [this] { stop_.request_stop(); });
     serve(work);
   }
   const auto thrown = std::exchange(thrown_, nullptr);
@@ -42,7 +45,7 @@ void Watcher::run(const OpenDevice& device, const std::function<void()>& work) {
 
 void Watcher::serve(const std::function<void()>& work) {
   is_done_ = false;
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   std::thread worker([&] {
     try {
       work();

@@ -296,3 +296,48 @@ def test_a_forked_child_is_refused_its_parents_device(tmp_path):
     for line in lines[:-1]:
         assert "this process was forked from the one that opened it" in line, line
         assert "spawn" in line
+
+
+ABANDONED = """
+import sys, threading, time
+import numpy as np
+import qjulia
+
+vertices = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, -1.0]])
+faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [5, 2, 1], [5, 3, 2], [5, 4, 3], [5, 1, 4]]
+map = qjulia.quadratic_map([-0.2, 0.6, 0.2, 0.2])
+device = qjulia.Device("cpu")
+begun = threading.Event()
+
+
+def fit():
+    qjulia.fit(vertices, faces, factors=64, device=device, on_evaluation=lambda e: begun.set())
+
+
+def fields():
+    while True:
+        map.field(np.zeros((100, 3)), device=device)
+        begun.set()
+
+
+def surface():
+    map.surface(512, device=device, on_progress=lambda *all: begun.set())
+
+
+threading.Thread(target={"fit": fit, "fields": fields, "surface": surface}[sys.argv[1]], daemon=True).start()
+if sys.argv[2] == "waits":
+    threading.Thread(target=lambda: qjulia.render(map, device=device), daemon=True).start()
+begun.wait()
+"""
+
+
+@pytest.mark.parametrize("work", ["fit", "fields", "surface"])
+@pytest.mark.parametrize("other", ["alone", "waits"])
+def test_python_ends_while_a_thread_works(tmp_path, work, other):
+    script = tmp_path / "abandoned.py"
+    script.write_text(ABANDONED)
+    done = subprocess.run(
+        [sys.executable, script, work, other], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+

@@ -220,3 +220,38 @@ def test_calls_from_threads_that_end(map, torus, device):
     thread.start()
     thread.join()
     assert np.isfinite(kept[0].value(kept[0].x0))
+
+
+@pytest.mark.parametrize(
+    "value, name",
+    [
+        ({"a": float("inf")}, r"provenance\['a'\] is inf"),
+        ({"a": [{"b": float("nan")}]}, r"provenance\['a'\]\[0\]\['b'\] is nan"),
+        ({"a": 10**400}, r"provenance\['a'\] is a whole number"),
+        ({"a": {1, 2}}, r"provenance\['a'\] is of the type set"),
+        ({"a": np.float32(1)}, r"provenance\['a'\] is of the type float32"),
+        ({"a": "\ud800"}, r"provenance\['a'\] is '.ud800'"),
+        ({"\ud800": 1}, "a key of provenance"),
+        ({(1, 2): 1}, r"provenance is a dict with the key \(1, 2\)"),
+        ([1, 2], "provenance must be a dict, not list"),
+        (None, "provenance must be a dict, not NoneType"),
+    ],
+)
+def test_provenance_that_no_file_holds_is_refused_by_its_key(map, value, name):
+    with pytest.raises(qjulia.InputError, match=name):
+        map.with_provenance(value)
+
+
+def test_provenance_that_is_accepted_can_be_written_and_read(map, tmp_path):
+    deep, value = [], {"a": [1, -0.5, True, None, "\u00e9"], "b": {"c": (1, 2)}}
+    for level in range(58):
+        deep = [deep]
+    value["deep"] = deep
+    map.with_provenance(value).save(tmp_path / "map.json")
+    read = qjulia.load(tmp_path / "map.json").provenance
+    assert read["a"] == value["a"] and read["b"] == {"c": [1, 2]} and read["deep"] == deep
+    cycle = {}
+    cycle["a"] = cycle
+    for wrong in (cycle, {"a": [[deep]]}):
+        with pytest.raises(qjulia.InputError, match="nested more than"):
+            map.with_provenance(wrong)
