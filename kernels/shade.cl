@@ -368,8 +368,8 @@ static inline real3 ground_share(real3 origin, real3 direction, global const rea
 }
 
 // sRGB bytes of the strip's pixels, each with how opaque it is. depth, normal: its samples and
-// more; trait: as many, where there are any: below 0, how light clay is. ground: the sky's light on points of it. received: the
-// light of the strip's receivers.
+// more; trait: as many, where there are any: below 0, how light clay is. ground: the sky's light on
+// points of it. received: the light of the strip's receivers.
 kernel void shade_pixels(qj_strip_arguments strip, global const real* restrict view,
                          global const real* restrict depth, global const real* restrict normal,
                          global const real* restrict trait, global const real* restrict key_light,

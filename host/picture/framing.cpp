@@ -67,6 +67,11 @@ Place nearest_place(const Points& outline, const Vector3d& across, const Vector3
   return {0.5 * (to_right - to_left), 0.5 * (to_right + to_left) / tangent};
 }
 
+/// How far the eye stays before what is nearest to it: a needle that points at it would touch it.
+double clearance(const Points& outline) {
+  return kClear * (outline.rowwise().maxCoeff() - outline.rowwise().minCoeff()).norm();
+}
+
 /// Where an eye so far back sees as much to one side as to the other.
 double middle_place(const Points& outline, const Vector3d& across, const Vector3d& back,
                     double tangent, double so_far) {
@@ -85,9 +90,10 @@ Vector3d middle_for(const Camera& camera, const Points& outline, double aspect) 
   const CameraAxes axes = camera_axes(camera);
   const double tan_y = kFilled * std::tan(0.5 * camera.field_of_view * kDegree);
   const double tan_x = aspect * tan_y;
-  const double back = std::max(nearest_place(outline, axes.right, axes.back, tan_x).back,
-                               nearest_place(outline, axes.up, axes.back, tan_y).back);
   const Eigen::RowVectorXd depths = axes.back.transpose() * outline;
+  const double back = std::max({nearest_place(outline, axes.right, axes.back, tan_x).back,
+                                nearest_place(outline, axes.up, axes.back, tan_y).back,
+                                depths.maxCoeff() + clearance(outline)});
   return middle_place(outline, axes.right, axes.back, tan_x, back) * axes.right +
          middle_place(outline, axes.up, axes.back, tan_y, back) * axes.up +
          0.5 * (depths.minCoeff() + depths.maxCoeff()) * axes.back;
@@ -160,13 +166,12 @@ std::vector<Camera> aimed(std::span<const Camera> cameras, std::span<const Vecto
   const Vector3d middle =
       is_one_view ? middle_for(all.front(), points, aspect)
                   : middle_for(sides, points, direction(all.front().up.value_or(kDefaultUp)));
-  const double clear = kClear * (points.colwise() - middle).colwise().norm().maxCoeff();
   std::map<double, double> distances;  // by field of view
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Vector3d back = camera_axes(all[i]).back;
     const double nearest = (back.transpose() * points).maxCoeff() - back.dot(middle);
     double& distance = distances[all[i].field_of_view];
-    distance = std::max(distance, nearest + clear);
+    distance = std::max(distance, nearest + clearance(points));
     for (std::size_t k = 4 * i; k < 4 * (i + 1); ++k) {
       distance = std::max(distance, sides[k].distance(middle));
     }
