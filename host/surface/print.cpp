@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -30,17 +31,16 @@ constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
 constexpr double kWidestDrain = 0.5;
 /// A share of the least wall: parts that stand out by less are removed, not thickened.
 constexpr double kShavedShare = 0.2;
-/// The radius of the first try, in least walls; walls that come out thinner are tried again.
+/// The radius of the first try, in least walls; walls that come out thinner are thickened again.
 constexpr double kFirstRadius = 0.52;
-constexpr int kWallTries = 6;
-constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.3;
+constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.1;
+constexpr int kMostTries = 6;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
 /// Coarser triangles make walls thinner; walls are made thicker by this factor beforehand.
 constexpr double kDecimationSlack = 1.02;
-/// A mesh whose size is within this share of the requested one is scaled together with its walls;
-/// otherwise walls are made again at another scale.
-constexpr double kSizeSlack = 1e-3;
+/// If walls make the mesh so much longer than foreseen, the foot is cut again at another scale.
+constexpr double kFootSlack = 0.02;
 /// An arbitrary part of a step, so that no line of the grid coincides with lines of the mesh.
 constexpr double kPrintMargin = 3.3713, kHollowMargin = 3.4231;
 constexpr std::size_t kSlabPoints = std::size_t{1} << 25;
@@ -237,6 +237,12 @@ void expect_solid(const TriangleMesh& mesh) {
   }
 }
 
+void add_loose(const LoosePieces& pieces, LoosePieces& all) {
+  all.count += pieces.count;
+  all.volume += pieces.volume;
+  all.share += pieces.share;
+}
+
 void expect_some(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) {
     throw OptionError("flat_foot", "nothing of the mesh is left; cut off less");
@@ -253,7 +259,28 @@ double scale_correction(const TriangleMesh& mesh, const PrintOptions& options) {
   return (wanted + foot) / (size.z() + foot);
 }
 
+/// The mesh with its walls and its foot.
+struct Body {
+  TriangleMesh mesh;
+  LoosePieces loose;
+  double scale = 1;                                           ///< of the mesh that it was made of
+  double thinnest = std::numeric_limits<double>::infinity();  ///< wall, if walls are asked for
+
+  void enlarge_by(double factor) {
+    enlarge(mesh, factor);
+    loose.volume *= std::pow(factor, 3);
+    scale *= factor;
+    thinnest *= factor;
+  }
+};
+
 /// A mesh on its way to the printer.
+///
+/// Thicker walls make the mesh longer, and scaling it back to its size makes them thinner; and
+/// where parts that were thickened meet, new thin ones appear. So the body is thickened, scaled to
+/// its size, and thickened again where it is still too thin. What is thick enough stays as it is,
+/// so that few tries are needed. Only a body that has its walls at its size is hollowed out and
+/// decimated.
 class PrintJob {
  public:
   /// @param mesh stands upright along z.
@@ -262,102 +289,143 @@ class PrintJob {
         options_(options),
         monitor_(monitor),
         wall_(options.min_wall.value_or(0)),
-        scale_(scale_for(mesh_.box().size(), options)) {}
+        wanted_(wall_ * (decimates() ? kDecimationSlack : 1)),
+        thinnest_before_(wall_ > 0 ? wall_thickness(mesh_, monitor_.stop).thinnest : 0),
+        mean_edge_(mean_edge_of(mesh_)),
+        volume_(signed_volume(mesh_)) {}
 
-  /// Tries wider balls until walls are thick enough.
   PrintMesh run() {
+    const double scale = scale_for(mesh_.box().size(), options_);
+    double radius = scale * thinnest_before_ < wall_ ? kFirstRadius * wanted_ : 0;
+    Body body = scaled_body(scale);
+    make_solid(body, radius, options_.flat_foot);
+    const double correction = scale_correction(body.mesh, options_);
+    if (options_.flat_foot && std::abs(correction - 1) > kFootSlack) {
+      body = scaled_body(scale * correction);
+      make_solid(body, radius, options_.flat_foot);
+    }
+    std::optional<double> plane;
+    if (options_.flat_foot) plane = 0;
     double thinnest = 0;
-    if (wall_ > 0) {
-      thinnest = scale_ * wall_thickness(mesh_, monitor_.stop).thinnest;
-      report_.thinnest_before = thinnest;
-    }
-    const double wanted = wall_ * (decimates() ? kDecimationSlack : 1);
-    double radius = thinnest < wall_ ? kFirstRadius * wanted : 0;
-    bool has_size = false;
-    for (int i = 0; i < kWallTries; ++i) {
-      TriangleMesh body = solid(radius);
-      thinnest = thinnest_of(body);
-      has_size = std::abs(size_correction(body, options_) - 1) < kSizeSlack;
-      if (!has_size) scale_ *= scale_correction(body, options_);
-      const bool can_stay = radius == 0 ? thinnest >= wall_ : thinnest >= wanted;
-      if (has_size && can_stay) {
-        body = decimated_to_options(std::move(body));
-        thinnest = thinnest_of(body);
-        if (thinnest >= wall_) return finished(std::move(body), thinnest);
+    for (int i = 1;; ++i) {
+      body.enlarge_by(size_correction(body.mesh, options_));
+      thinnest = body.thinnest;
+      if (thinnest >= (radius > 0 ? wanted_ : wall_)) {
+        PrintMesh made = finished(body);
+        if (made.report.thinnest >= wall_) return made;
+        thinnest = made.report.thinnest;
       }
-      if (thinnest < wanted) {
-        radius = radius == 0 ? kFirstRadius * wanted
-                             : radius * std::clamp(wanted / thinnest, kLeastGrowth, kMostGrowth);
-      }
+      if (i == kMostTries) break;
+      radius = radius == 0 ? kFirstRadius * wanted_
+                           : radius * std::clamp(wanted_ / thinnest, kLeastGrowth, kMostGrowth);
+      make_solid(body, radius, plane);
     }
-    if (!has_size) {
-      throw Error("the mesh does not come to the size that was asked for; cut a lower foot off");
-    }
-    throw Error(
-        fmt::format("a hundredth of the surface stays thinner than {:.4g}, and a wall of "
-                    "{} was asked for; allow more triangles or a smaller error, or ask for "
-                    "a thinner wall",
-                    thinnest, wall_));
+    throw Error(fmt::format(
+        "a hundredth of the surface stays thinner than {:.4g} after {} tries, and a wall of {} was "
+        "asked for; {}ask for a thinner wall or a larger print",
+        thinnest, kMostTries, wall_,
+        decimates() ? "allow more triangles or a larger error, or " : ""));
   }
 
  private:
   bool decimates() const { return options_.max_triangles || options_.max_error; }
 
   double thinnest_of(const TriangleMesh& mesh) const {
-    return wall_ > 0 ? wall_thickness(mesh, monitor_.stop).thinnest / kWallSlack : 0;
+    return wall_thickness(mesh, monitor_.stop).thinnest / kWallSlack;
   }
 
-  /// The mesh at its scale with a foot, with balls of that radius in its walls, and hollow.
-  TriangleMesh solid(double radius) {
-    TriangleMesh mesh = mesh_;
-    enlarge(mesh, scale_);
-    report_.volume = signed_volume(mesh);
-    const Box box = mesh.box();
-    const double edge = std::min(mean_edge_of(mesh), box.size().maxCoeff() / kFewestCells);
-    std::optional<double> height;
-    if (options_.flat_foot) height = box.low.z() + *options_.flat_foot;
-    const Foot foot(height);
-    if (height && *height >= box.high.z()) expect_some({});
-    if (radius > 0 || height) mesh = solid_of(mesh, radius, wall_, edge, foot, monitor_);
-    report_.loose = options_.keep_loose ? LoosePieces{} : drop_loose_pieces(mesh);
-    expect_some(mesh);
-    if (options_.shell) {
-      auto [hollow, cavity] = hollowed(mesh, options_, edge, foot, monitor_);
-      mesh = std::move(hollow);
-      report_.cavity = cavity;
-      // A closed cavity is a part of its own, which is not loose.
-      if (options_.drain > 0 && !options_.keep_loose) {
-        const LoosePieces cut = drop_loose_pieces(mesh);
-        report_.loose.count += cut.count;
-        report_.loose.volume += cut.volume;
-        report_.loose.share += cut.share;
-      }
-      expect_some(mesh);
+  double edge_of(const TriangleMesh& mesh, double scale) const {
+    return std::min(scale * mean_edge_, mesh.box().size().maxCoeff() / kFewestCells);
+  }
+
+  Body scaled_body(double scale) const {
+    Body body{mesh_, {}, 1};
+    body.enlarge_by(scale);
+    return body;
+  }
+
+  /// Cuts a foot of that height off, if any, and puts balls of that radius into thin walls.
+  void make_solid(Body& body, double radius, std::optional<double> foot) {
+    const int most = (wall_ > 0 ? kMostTries : 1) + (options_.flat_foot ? 1 : 0);
+    ++steps_;
+    ProgressMonitor monitor = monitor_;
+    monitor.on_progress = [&](Progress progress) {
+      progress.detail = fmt::format("step {} of at most {}", steps_, most);
+      monitor_.report(progress);
+    };
+    const Box box = body.mesh.box();
+    if (foot && box.low.z() + *foot >= box.high.z()) expect_some({});
+    if (radius > 0 || foot) {
+      std::optional<double> height;
+      if (foot) height = box.low.z() + *foot;
+      body.mesh =
+          solid_of(body.mesh, radius, wall_, edge_of(body.mesh, body.scale), Foot(height), monitor);
     }
-    return mesh;
+    if (!options_.keep_loose) add_loose(drop_loose_pieces(body.mesh), body.loose);
+    expect_some(body.mesh);
+    if (wall_ > 0) body.thinnest = thinnest_of(body.mesh);
   }
 
-  TriangleMesh decimated_to_options(TriangleMesh mesh) const {
-    if (!decimates()) return mesh;
-    monitor_.report({"decimating", -1, -1, {}});
-    return decimated(std::move(mesh), {options_.max_triangles, options_.max_error}, monitor_.stop);
+  /// The body at its size, hollowed out and decimated.
+  PrintMesh finished(Body body) const {
+    PrintMesh made{std::move(body.mesh), {}};
+    PrintReport& report = made.report;
+    report.loose = body.loose;
+    report.thinnest = wall_ > 0 ? body.thinnest : 0;
+    if (options_.shell) {
+      hollow(made, edge_of(made.mesh, body.scale));
+      if (wall_ > 0) {
+        report.thinnest = thinnest_of(made.mesh);
+        const double thinnest = size_correction(made.mesh, options_) * report.thinnest;
+        if (thinnest < wall_) {
+          throw OptionError("shell",
+                            fmt::format("with a cavity, a hundredth of the surface has walls "
+                                        "thinner than {:.4g}, and a wall of {} was asked for; give "
+                                        "a thicker shell, or a narrower drain",
+                                        thinnest, wall_));
+        }
+      }
+    }
+    if (decimates()) {
+      monitor_.report({"decimating", -1, -1, {}});
+      Decimation found = decimate(std::move(made.mesh),
+                                  {options_.max_triangles, options_.max_error}, monitor_.stop);
+      made.mesh = std::move(found.mesh);
+      report.decimation = found.report;
+      if (wall_ > 0) report.thinnest = thinnest_of(made.mesh);
+    }
+    const double last = size_correction(made.mesh, options_);
+    enlarge(made.mesh, last);
+    report.scale = last * body.scale;
+    report.thinnest *= last;
+    if (report.decimation) report.decimation->farthest *= last;
+    report.thinnest_before = report.scale * thinnest_before_;
+    report.volume = std::pow(report.scale, 3) * volume_;
+    report.printed_volume = signed_volume(made.mesh);
+    return made;
   }
 
-  PrintMesh finished(TriangleMesh mesh, double thinnest) {
-    const double last = size_correction(mesh, options_);
-    enlarge(mesh, last);
-    report_.scale = scale_ * last;
-    report_.thinnest = last * thinnest;
-    report_.printed_volume = signed_volume(mesh);
-    return {std::move(mesh), report_};
+  /// @param edge of triangles.
+  void hollow(PrintMesh& made, double edge) const {
+    std::optional<double> height;
+    if (options_.flat_foot) height = made.mesh.box().low.z();
+    auto [mesh, cavity] = hollowed(made.mesh, options_, edge, Foot(height), monitor_);
+    made.mesh = std::move(mesh);
+    made.report.cavity = cavity;
+    // A closed cavity is a part of its own, which is not loose.
+    if (options_.drain > 0 && !options_.keep_loose) {
+      add_loose(drop_loose_pieces(made.mesh), made.report.loose);
+    }
+    expect_some(made.mesh);
   }
 
   TriangleMesh mesh_;
   const PrintOptions& options_;
   const ProgressMonitor& monitor_;
   double wall_;
-  double scale_;  ///< of `mesh_`
-  PrintReport report_;
+  double wanted_;                                ///< wall, before decimation
+  double thinnest_before_, mean_edge_, volume_;  ///< of `mesh_`
+  int steps_ = 0;                                ///< that cut the foot or thickened walls
 };
 
 }  // namespace

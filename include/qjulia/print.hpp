@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "qjulia/decimate.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
@@ -39,6 +40,7 @@ struct PrintReport {
   double thinnest_before = 0, thinnest = 0;
   double cavity = 0;  ///< the cavity's volume, to the accuracy of its cells
   LoosePieces loose;  ///< parts that came off on the way and were left out
+  std::optional<DecimationReport> decimation{};  ///< where fewer triangles were asked for
 };
 
 struct PrintMesh {
@@ -53,9 +55,14 @@ struct PrintMesh {
 /// Thickening is local. The union of all balls of radius `min_wall` / 2 that fit into the mesh is
 /// kept; this rounds edges and removes parts that stand out from the union by less than a fifth of
 /// the wall. Parts that stand out farther are thin walls and tufts: balls are placed along their
-/// middles, too, so that they grow. The radius is enlarged until the walls that `wall_thickness`
-/// finds are thick enough. Cutting, thickening and hollowing make a new mesh by marching cubes from
-/// signed distances on a grid, so that it is closed and 2-manifold.
+/// middles, too, so that they grow. Cutting, thickening and hollowing make a new mesh by marching
+/// cubes from signed distances on a grid, so that it is closed and 2-manifold.
+///
+/// Thickening changes the size, so the mesh is then scaled to the size that was asked for. If the
+/// walls that `wall_thickness` finds are too thin after that, they are thickened again, with balls
+/// that are up to a tenth larger. This takes two to four tries, six at most, and progress says
+/// which one is under way. The foot is cut once, at the scale that the first try ends with, to
+/// within 2 % where possible.
 ///
 /// Memory is that of a few meshes and of one slab of the grid.
 /// @param mesh closed and manifold, oriented outward.

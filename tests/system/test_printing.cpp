@@ -103,6 +103,7 @@ TEST_CASE("a print has the size and the walls that were asked for") {
   CHECK(surface["triangles"].get<int>() <= 30'000);
   CHECK(surface["print"]["thinnest_wall"].get<double>() >= 0.8);
   CHECK(surface["print"]["volume"].get<double>() > 0);
+  CHECK(surface["print"]["decimation"]["ended_by"] == "max_triangles");
   CHECK(surface["made_with"]["min_wall"] == 0.8);
   const json info = made({"info", stl, "--printable", "--min-wall", "0.8"});
   CHECK(info["printable"]["ready"] == true);
@@ -113,6 +114,11 @@ TEST_CASE("a print has the size and the walls that were asked for") {
   const json longest = made({"surface", map, "-o", ply, "--resolution", "32", "--longest", "50",
                              "--material", "trap", "--max-error", "0.5"});
   CHECK(longest["closed"] == true);
+  const json& decimation = longest["print"]["decimation"];
+  CHECK(decimation["ended_by"] == "max_error");
+  CHECK(decimation["triangles"] < decimation["triangles_before"]);
+  CHECK(decimation["triangles"] == longest["triangles"]);
+  CHECK(decimation["farthest"] <= 0.5);
   const json sides = made({"info", ply})["box"];
   double side = 0;
   for (int axis = 0; axis < 3; ++axis) {

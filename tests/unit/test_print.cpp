@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <catch2/catch_all.hpp>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <set>
+#include <string>
 
 #include "qjulia/error.hpp"
 #include "qjulia/original_file.hpp"
@@ -24,25 +27,50 @@ void check_solid(const TriangleMesh& mesh) {
   CHECK(mesh.normals.size() == mesh.vertices.size());
 }
 
-/// A ball of radius 3 about the origin with a thin plate through its middle, 12 wide.
-TriangleMesh ball_with_plate(double thickness) {
-  constexpr int kSamples = 140;
-  constexpr double kSide = 14;
+/// The surface where `distance` is 0, in a cube about the origin.
+TriangleMesh solid_of(int samples, double side,
+                      const std::function<double(const Eigen::Vector3d&)>& distance) {
   SampledDistance field;
-  field.samples = {kSamples, kSamples, kSamples};
-  field.lengths = Eigen::Vector3d::Constant(kSide);
-  const auto at = [&](int i) { return kSide * ((i + 0.5) / kSamples - 0.5); };
-  for (int k = 0; k < kSamples; ++k) {
-    for (int j = 0; j < kSamples; ++j) {
-      for (int i = 0; i < kSamples; ++i) {
-        const Eigen::Vector3d p(at(i), at(j), at(k));
-        const double plate =
-            std::max({std::abs(p.x()) - 6, std::abs(p.y()) - 6, std::abs(p.z()) - thickness / 2});
-        field.values.push_back(static_cast<float>(std::min(p.norm() - 3, plate)));
+  field.samples = {samples, samples, samples};
+  field.lengths = Eigen::Vector3d::Constant(side);
+  const auto at = [&](int i) { return side * ((i + 0.5) / samples - 0.5); };
+  for (int k = 0; k < samples; ++k) {
+    for (int j = 0; j < samples; ++j) {
+      for (int i = 0; i < samples; ++i) {
+        field.values.push_back(static_cast<float>(distance({at(i), at(j), at(k)})));
       }
     }
   }
   return mesh_of(field);
+}
+
+/// A ball of radius 3 about the origin with a thin plate through its middle, 12 wide.
+TriangleMesh ball_with_plate(double thickness) {
+  return solid_of(140, 14, [&](const Eigen::Vector3d& p) {
+    const double plate =
+        std::max({std::abs(p.x()) - 6, std::abs(p.y()) - 6, std::abs(p.z()) - thickness / 2});
+    return std::min(p.norm() - 3, plate);
+  });
+}
+
+/// A ball with tufts all over it, which taper and stand close together.
+TriangleMesh tufted_ball() {
+  constexpr int kTufts = 40;
+  std::vector<Eigen::Vector3d> axes;
+  for (int i = 0; i < kTufts; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kTufts, turn = i * std::numbers::pi * (3 - std::sqrt(5));
+    const double across = std::sqrt(1 - z * z);
+    axes.emplace_back(across * std::cos(turn), across * std::sin(turn), z);
+  }
+  return solid_of(64, 10, [&](const Eigen::Vector3d& p) {
+    double distance = p.norm() - 3;
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      const double along = p.dot(axes[i]), length = i % 3 == 0 ? 4.5 : 3.6;
+      if (along <= 0) continue;
+      distance = std::min(distance, (p - along * axes[i]).norm() - 0.25 * (length - along));
+    }
+    return distance;
+  });
 }
 
 }  // namespace
@@ -84,6 +112,22 @@ TEST_CASE("thin walls grow to what was asked for, and thick ones stay") {
   // Nothing is done to what is thick enough.
   const TriangleMesh ball = shapes::sphere(4);
   CHECK(made_printable(ball, {.min_wall = 1}).mesh.vertices == ball.vertices);
+}
+
+TEST_CASE("walls and size are found together, in few steps") {
+  const TriangleMesh tufted = tufted_ball();
+  constexpr double kWall = 4;
+  std::set<std::string> steps;
+  ProgressMonitor monitor;
+  monitor.on_progress = [&](const Progress& progress) { steps.insert(progress.detail); };
+  const PrintOptions options{.height = 80, .min_wall = kWall, .flat_foot = 2};
+  const PrintMesh made = made_printable(tufted, options, monitor);
+  check_solid(made.mesh);
+  CHECK(made.mesh.box().size().z() == Catch::Approx(80).epsilon(1e-9));
+  CHECK(wall_thickness(made.mesh).thinnest >= kWall);
+  CHECK(steps.size() <= 5);
+  CHECK(steps.contains("step 1 of at most 7"));
+  CHECK(made.report.printed_volume < 1.5 * made.report.volume);
 }
 
 TEST_CASE("a foot is flat, and at the height where it was cut") {

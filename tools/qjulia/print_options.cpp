@@ -24,6 +24,49 @@ void for_given(const PrintOptions& options, const Use& use) {
   }
 }
 
+/// What became of the triangles, as a line.
+std::string decimation_text(const DecimationReport& report, bool is_measured) {
+  const auto from_to = [&] {
+    return fmt::format("\ndecimated from {} to {} triangles", report.before, report.after);
+  };
+  const std::string apart =
+      is_measured ? fmt::format("; at most {:.3g} lies between mesh and result", report.farthest)
+                  : "";
+  switch (report.end) {
+    case DecimationEnd::none:
+      return fmt::format("\nnot decimated: {} triangles are no more than --max-triangles",
+                         report.before);
+    case DecimationEnd::number:
+      return from_to() + ", which --max-triangles ended" + apart;
+    case DecimationEnd::error:
+      if (report.after == report.before) {
+        return fmt::format(
+            "\nnot decimated: none of the {} triangles can be left out within "
+            "--max-error",
+            report.before);
+      }
+      return from_to() + ", which --max-error ended" + apart;
+    case DecimationEnd::folds:
+      return from_to() + ", where any further step would fold the surface";
+  }
+  return {};
+}
+
+/// What ended the decimation, as options name it.
+const char* ended_by(DecimationEnd end) {
+  switch (end) {
+    case DecimationEnd::none:
+      return "none";
+    case DecimationEnd::number:
+      return "max_triangles";
+    case DecimationEnd::error:
+      return "max_error";
+    case DecimationEnd::folds:
+      return "folds";
+  }
+  return "";
+}
+
 }  // namespace
 
 void add_print_options(Command command, PrintOptions& options, const Option& millimetres,
@@ -42,10 +85,12 @@ void add_print_options(Command command, PrintOptions& options, const Option& mil
            "Decimate the mesh to at most this number of triangles, edge by edge, the flattest "
            "places first")
       .range(4, 1e9);
-  length("--max-error", options.max_error,
-         "Decimate the mesh as long as the result and the mesh stay within this distance of each "
-         "other, in millimetres if the mesh has a size in millimetres, else in the shape's units; "
-         "with --max-triangles, until either limit is reached");
+  length(
+      "--max-error", options.max_error,
+      "Decimate the mesh as long as the result and the mesh stay within this distance of each "
+      "other, in millimetres if the mesh has a size in millimetres, else in the shape's units; "
+      "with --max-triangles, until the first of the two limits is reached. The summary says which "
+      "one ended it, and the farthest distance that was measured");
   length("--min-wall", options.min_wall,
          "Thicken walls that are thinner than this, until at most a hundredth of the surface has "
          "thinner ones, as 'info --printable' measures them. This rounds edges");
@@ -80,6 +125,7 @@ std::string print_text(const PrintReport& report, const PrintOptions& options) {
                         100 * (report.printed_volume / report.volume - 1));
   }
   if (options.shell) text += fmt::format("\ncavity: {:.4g}", report.cavity);
+  if (report.decimation) text += decimation_text(*report.decimation, options.max_error.has_value());
   return text + left_out_text(report.loose, "\n");
 }
 
@@ -93,6 +139,13 @@ nlohmann::json print_json(const PrintReport& report, const PrintOptions& options
     json["thinnest_wall"] = report.thinnest;
   }
   if (options.shell) json["cavity"] = report.cavity;
+  if (report.decimation) {
+    nlohmann::json& decimation = json["decimation"];
+    decimation = {{"triangles_before", report.decimation->before},
+                  {"triangles", report.decimation->after},
+                  {"ended_by", ended_by(report.decimation->end)}};
+    if (options.max_error) decimation["farthest"] = report.decimation->farthest;
+  }
   json["loose_pieces"] = report.loose.count;
   json["loose_volume"] = report.loose.volume;
   return json;
