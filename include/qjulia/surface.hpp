@@ -19,9 +19,9 @@ struct SurfaceOptions {
   std::optional<Box> box{};  ///< shape units; by default the shape's box plus 5 %, grown until
                              ///< nothing touches its faces
   bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
-  /// Look orbits up in tables of images instead of computing them, where that moves the surface by
-  /// no more than about a quarter of a cell: in maps of factors without portals, at n > 1. Other
-  /// maps have the same mesh as without it.
+  /// Look orbits up in tables of images instead of computing them, where that is estimated to move
+  /// the surface by no more than a quarter of a cell: in maps of factors without portals, at n > 1.
+  /// Tips of tufts as thin as a cell may come or go. Other maps have the same mesh as without it.
   bool draft = false;
   /// How many points are tried on each crossed edge to find where the set ends, 0 … 20. By default
   /// 2, and 0 at n = 1, where F_n is smooth and interpolation is enough.

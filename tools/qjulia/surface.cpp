@@ -390,10 +390,10 @@ void describe_surface(Command command, SurfaceArguments& a) {
                "factors, 51 KB of 992");
   const Option draft = command.flag(
       "--draft", a.options.draft,
-      "Look orbits up in tables instead of computing them: two to three times as fast for maps of "
-      "1,000 factors; the surface moves by about a quarter of a cell at most, and typically by "
-      "less "
-      "than a tenth");
+      "Look orbits up in tables instead of computing them: two to three times as fast for "
+      "maps of 1,000 factors. On three maps at 256 cells, 88 to 98 % of the vertices lay "
+      "within a quarter of a cell of the default mesh, and the farthest 3 to 6 cells away: "
+      "tips of tufts come and go");
   command
       .flag("--dense", a.options.dense,
             "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
