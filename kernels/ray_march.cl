@@ -114,6 +114,7 @@ typedef struct {
   real start, end;
   real t;
   real outside;  // the last depth known to be outside; below `start` where none is known
+  real through;  // up to this depth the ray passes through what its hint lies in; 0: nothing
   real back;     // how far a hint that lies inside is taken back
   int id;
   bool hit;  // is bisecting between `outside` and t
@@ -140,6 +141,7 @@ static inline marched_ray new_ray(const marching* with, global const real* rays,
   r.end = fmax(fmin(r.end, fmin(out.x, fmin(out.y, out.z))), r.start);
   r.t = fmax(rays[2 * with->march.stride + id], r.start);
   r.outside = r.t > r.start ? (real)-1 : r.start;
+  r.through = rays[3 * with->march.stride + id];
   r.back = 4 * with->march.shortest;
   r.hit = false;
   return r;
@@ -178,7 +180,10 @@ static inline bool is_found(const marching* with, marched_ray* r, real f, real a
   if (inside) {
     real3 direction, p = view_point(with->view, r->x, r->y, probe, &direction);
     loose_way = way_through_loose(&with->loose, p, direction, with->march.shortest);
+    if (probe < r->through) loose_way = fmax(loose_way, with->march.shortest);
     inside = loose_way <= 0;
+  } else {
+    r->through = 0;  // it has come out
   }
   if (!inside) r->outside = probe;
   if (r->hit) {
@@ -379,8 +384,9 @@ static inline void compute_fields(const marching* with, marched_lanes* lanes) {
   }
 }
 
-// Depths along rays of a view. rays: three arrays of march.stride reals, the pixel coordinates x
-// and y of each ray and a hint: a depth close before its hit, or 0. grid, safe: as in `safe_steps`.
+// Depths along rays of a view. rays: four arrays of march.stride reals, the pixel coordinates x and
+// y of each ray; a hint: a depth close before its hit, or 0; and a depth, or 0, up to which the ray
+// passes through what its hint lies in. grid, safe: as in `safe_steps`.
 // nodes, node_places, node_field, node_versors, trusted: a lattice of images. table_layout ...
 // table_versors: a table of images (image_table.clh), for iterates from march.tabled on. loose_grid
 // ... finer_bits: the places that rays pass through (loose_places.clh).

@@ -241,10 +241,12 @@ kernel void ground_sky(qj_light_arguments with, global const real* restrict rece
 }
 
 // The share of the key light that reaches each receiver. Samples of a pixel take their taps at
-// different places.
-kernel void key_light(qj_light_arguments with, global const real* restrict receivers,
-                      global const real* restrict lights, global const real* restrict maps,
-                      global real* restrict light) {
+// different places. near_shadow: for each pixel of the strip, where there are any, whether
+// something nearer than maps show keeps the light off it.
+kernel void key_light(qj_light_arguments with, qj_strip_arguments strip,
+                      global const uchar* restrict near_shadow,
+                      global const real* restrict receivers, global const real* restrict lights,
+                      global const real* restrict maps, global real* restrict light) {
   int r = (int)get_global_id(0);
   if (r >= with.receivers) return;
   real3 p = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_POINT);
@@ -258,7 +260,11 @@ kernel void key_light(qj_light_arguments with, global const real* restrict recei
     first *= rsqrt(dot(first, first));
     seen = seen_soft(maps + (int)from[QJ_LIGHT_MAP_FIRST], (int)from[QJ_LIGHT_MAP_SIZE], s.texel,
                      s.depth, from[QJ_LIGHT_SOFTNESS] / from[QJ_LIGHT_TEXEL],
-                     r < with.ground ? (real)1 : (real)2.5, first);
+                     r < with.ground ? with.narrowest : (real)2.5, first);
+    int pixel = r / with.wide / with.samples * strip.columns + r % with.wide / with.samples;
+    if (strip.has_near_shadow && r < with.ground) {
+      seen *= 1 - (real)near_shadow[pixel] / 255;
+    }
   }
   light[(size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_KEY] = seen;
 }

@@ -15,6 +15,20 @@
 
 namespace qjulia::picture {
 
+/// A ray of a pixel that goes on from its hit. It passes through what lies there if it comes out of
+/// it before the depth `until`.
+struct PassingRay {
+  int column, row;
+  float hit, until;
+};
+
+/// A ray of a light's view, from one depth to the point that it may light. x and y are pixel
+/// coordinates.
+struct LightRay {
+  double x, y;
+  float from, to;
+};
+
 class DepthSource {
  public:
   virtual ~DepthSource() = default;
@@ -38,6 +52,27 @@ class DepthSource {
 
   /// What was left out of the views so far, in their units.
   virtual LoosePieces loose_pieces() const { return {}; }
+
+  /// The width of the largest pieces that `depths` may show although they hang on nothing; 0 where
+  /// all that it shows is to be drawn.
+  virtual double largest_speck() const { return 0; }
+
+  /// What these rays meet behind what they have hit: QJ_NO_HIT where there is nothing, and `until`
+  /// or about that where they do not come out of it.
+  virtual std::vector<float> depths_beyond(const View& /*view*/,
+                                           const std::vector<PassingRay>& rays) {
+    std::vector<float> depths;
+    for (const PassingRay& ray : rays) depths.push_back(ray.until);
+    return depths;
+  }
+
+  /// Whether these rays are blocked before they come as near to their ends as a pixel of the
+  /// camera's view is wide. Empty where depth maps have to do.
+  /// @param seen_by the camera's view, in which the ends of the rays are seen.
+  virtual std::vector<bool> blocked(const View& /*light*/, const View& /*seen_by*/,
+                                    const std::vector<LightRay>& /*rays*/) {
+    return {};
+  }
 
   /// What orbits are looked up in: the tables that were made last.
   virtual LookupReport lookups() const { return {}; }

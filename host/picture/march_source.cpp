@@ -61,18 +61,28 @@ constexpr double kPixelsAPlace = 1.5, kFinest = 16;
 /// Points that lie more than so many cells behind the surface in the band's grid are out of sight.
 constexpr double kHiddenCells = 4;
 
+/// Specks are at most so many steps of the grid wide that loose pieces were sought on.
+constexpr double kSpeckSteps = 6;
+
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
 
-/// One ray of a view, and a depth close before its hit.
+/// One ray of a view, a depth close before its hit, and how far it passes through what lies there.
 struct Ray {
+  double x, y;  ///< pixel coordinates
+  float hint = 0, through = 0;
+};
+
+/// A ray through the middle of a pixel.
+struct PixelRay {
   int column, row;
   float hint = 0;
+  Ray ray() const { return {column + 0.5, row + 0.5, hint}; }
 };
 
 /// The rays of whole rows, in blocks of 4 × 4 pixels, so that lanes do alike.
-std::vector<Ray> all_rays(int columns, int first_row, int rows) {
-  std::vector<Ray> rays;
+std::vector<PixelRay> all_rays(int columns, int first_row, int rows) {
+  std::vector<PixelRay> rays;
   rays.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   for (int top = first_row; top < first_row + rows; top += 4) {
     for (int left = 0; left < columns; left += 4) {
@@ -204,6 +214,44 @@ class MarchSource : public DepthSource {
 
   LoosePieces loose_pieces() const override { return loose_.pieces; }
 
+  double largest_speck() const override {
+    return std::min(kSpeckSteps * loose_.resolution, std::cbrt(loose_.largest_loose));
+  }
+
+  std::vector<float> depths_beyond(const View& view,
+                                   const std::vector<PassingRay>& passing) override {
+    std::vector<float> depths(passing.size());
+    std::vector<Ray> rays;
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < passing.size(); ++i) {
+      const PassingRay& ray = passing[i];
+      if (may_be_cut_off(view, ray)) {
+        depths[i] = ray.until;
+        continue;
+      }
+      // The hit lies between this and the tolerance before it.
+      const auto hint = ray.hit + static_cast<float>(view.tolerance);
+      rays.push_back({ray.column + 0.5, ray.row + 0.5, hint, ray.until});
+      numbers.push_back(i);
+    }
+    march(view, view, rays, [&](std::size_t i, float depth) { depths[numbers[i]] = depth; });
+    return depths;
+  }
+
+  std::vector<bool> blocked(const View& light, const View& seen_by,
+                            const std::vector<LightRay>& asked) override {
+    View view = light;
+    view.footprint = seen_by.footprint;
+    view.tolerance = seen_by.tolerance;
+    std::vector<Ray> rays;
+    for (const LightRay& ray : asked) rays.push_back({ray.x, ray.y, std::max(0.0F, ray.from)});
+    std::vector<bool> found(rays.size());
+    const auto near = static_cast<float>(seen_by.footprint * seen_by.samples);
+    march(view, seen_by, rays,
+          [&](std::size_t i, float depth) { found[i] = depth >= 0 && depth < asked[i].to - near; });
+    return found;
+  }
+
   LookupReport lookups() const override {
     LookupReport report;
     if (!lattices_.empty()) {
@@ -218,6 +266,15 @@ class MarchSource : public DepthSource {
   }
 
  private:
+  /// Whether what the ray has hit may be attached to what is cut away.
+  bool may_be_cut_off(const View& view, const PassingRay& ray) const {
+    if (!set_.part) return false;
+    const Eigen::Vector3d at = view.at(ray.column + 0.5, ray.row + 0.5, double{ray.hit});
+    const double away =
+        std::min((at - set_.part->low).minCoeff(), (set_.part->high - at).minCoeff());
+    return away < double{ray.until} - double{ray.hit};
+  }
+
   /// Finds the loose pieces at the first view, by what serves its rays.
   void leave_out_loose(const View& view) {
     // Copies in portals may be smaller than what the grid shows of where they stand.
@@ -351,9 +408,10 @@ class MarchSource : public DepthSource {
     return std::vector<float>(index(0, rows, view.columns), static_cast<float>(QJ_NO_HIT));
   }
 
-  /// Puts the depths of these rays in their places among those of rows from `first_row` on.
-  void march(const View& view, const std::vector<Ray>& rays, int first_row,
-             std::vector<float>& depths) {
+  /// @param served the view whose tables serve these rays. @param take (i, depth) gets the depth of
+  /// ray i.
+  template <class Take>
+  void march(const View& view, const View& served, const std::vector<Ray>& rays, const Take& take) {
     device::Context& context = map_.context();
     const auto packed = context.upload_real(view.packed(), set_.precision);
     // The least difference between depths that rounding leaves, with a margin: rays that took
@@ -372,8 +430,8 @@ class MarchSource : public DepthSource {
           "drawn in {} precision",
           farthest, to_string(set_.precision)));
     }
-    const surface::ImageLattice& lattice = lattice_for(view);
-    const double displacement = displacement_of(view);
+    const surface::ImageLattice& lattice = lattice_for(served);
+    const double displacement = displacement_of(served);
     const int tabled = table_for(displacement).first_iterate(displacement);
     // Where undecided points reach far, a launch takes fewer rays, so that none takes long.
     const double longer =
@@ -385,11 +443,11 @@ class MarchSource : public DepthSource {
     device::PointBatch batch(context, kernel_, set_.precision, share,
                              map_.step_cost() * kIteratesARay * longer);
     const surface::TurnCount turns(map_, is_counted_, (rays.size() + share - 1) / share);
-    batch.run<3, 1>(
+    batch.run<4, 1>(
         rays.size(),
         [&](std::size_t i) {
           const Ray& ray = rays[i];
-          return std::array{ray.column + 0.5, ray.row + 0.5, double{ray.hint}};
+          return std::array{ray.x, ray.y, double{ray.hint}, double{ray.through}};
         },
         [&](const device::PointBatch::Part& part) {
           const auto march = device::arguments(set_.precision, [&](auto r) {
@@ -430,17 +488,26 @@ class MarchSource : public DepthSource {
           return arguments;
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
-          depths[index(rays[i].column, rays[i].row - first_row, view.columns)] =
-              static_cast<float>(depth[0]);
+          take(i, static_cast<float>(depth[0]));
         },
         map_.lanes() == 1 ? 64 : 1, set_.stop);
     turns.tell("march_depth");
   }
 
+  /// Puts the depths of these rays in their places among those of rows from `first_row` on.
+  void march_into(const View& view, const std::vector<PixelRay>& pixels, int first_row,
+                  std::vector<float>& depths) {
+    std::vector<Ray> rays(pixels.size());
+    std::ranges::transform(pixels, rays.begin(), &PixelRay::ray);
+    march(view, view, rays, [&](std::size_t i, float depth) {
+      depths[index(pixels[i].column, pixels[i].row - first_row, view.columns)] = depth;
+    });
+  }
+
   /// Every ray of these rows.
   std::vector<float> march_rows(const View& view, int first_row, int rows) {
     std::vector<float> depths = no_hits(view, rows);
-    march(view, all_rays(view.columns, first_row, rows), first_row, depths);
+    march_into(view, all_rays(view.columns, first_row, rows), first_row, depths);
     return depths;
   }
 
@@ -449,8 +516,8 @@ class MarchSource : public DepthSource {
                             const DepthGrid& pixels) {
     const double pixel = view.footprint * view.samples;
     std::vector<float> depths = no_hits(view, rows);
-    std::vector<Ray> rays;
-    for (Ray ray : all_rays(view.columns, first_row, rows)) {
+    std::vector<PixelRay> rays;
+    for (PixelRay ray : all_rays(view.columns, first_row, rows)) {
       const int i = ray.column / view.samples, j = ray.row / view.samples - from;
       const double x = (ray.column + 0.5) / view.samples - 0.5;
       const double y = (ray.row + 0.5) / view.samples - 0.5 - from;
@@ -462,7 +529,7 @@ class MarchSource : public DepthSource {
         rays.push_back(ray);
       }
     }
-    march(view, rays, first_row, depths);
+    march_into(view, rays, first_row, depths);
     return depths;
   }
 

@@ -14,7 +14,9 @@
 #include "picture/depth_grid.hpp"
 #include "picture/framing.hpp"
 #include "picture/material_traits.hpp"
+#include "picture/near_shadow.hpp"
 #include "picture/shading.hpp"
+#include "picture/specks.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/picture.hpp"
@@ -281,8 +283,8 @@ struct Studio::Impl {
   /// Depths of the sky's lights, and what they light of the ground.
   void light_sky(Work& work);
   /// The pixels, strip by strip.
-  void draw(const View& view, const Shading& shading, bool with_layers, Work& work,
-            LayeredImage& picture) const;
+  void draw(const View& view, const Light& key, const Shading& shading, bool with_layers,
+            Work& work, LayeredImage& picture) const;
 
  private:
   Scene scene() const {
@@ -527,11 +529,12 @@ void Studio::Impl::light_sky(Work& work) {
   up = options.camera.up;
 }
 
-void Studio::Impl::draw(const View& view, const Shading& shading, bool with_layers, Work& work,
-                        LayeredImage& picture) const {
+void Studio::Impl::draw(const View& view, const Light& key, const Shading& shading,
+                        bool with_layers, Work& work, LayeredImage& picture) const {
   Image& image = picture.image;
   const int samples = options.samples_per_axis;
   const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
+  SpecklessDepths depths(*source, view);
   for (int row = 0; row < options.height; row += strip_rows) {
     const int rows = std::min(strip_rows, options.height - row);
     const int from = std::max(0, row * samples - kHalo);
@@ -539,7 +542,9 @@ void Studio::Impl::draw(const View& view, const Shading& shading, bool with_laye
     Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
     {
       const TraceStage stage(work.monitor.trace, "rays");
-      strip.depths = source->depths(view, from, to - from);
+      strip.depths = depths.rows(from, to - from);
+      strip.near_shadow = near_shadow(*source, view, key, strip);
+      strip.narrowest_penumbra = narrowest_penumbra(view, key);
     }
     strip.traits = traits_of(view, strip);
     throw_if_stopped(work.monitor.stop);
@@ -587,7 +592,7 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   }
   {
     const TraceStage stage(monitor.trace, "lamps");
-    take_depths(with.key);
+    with.key.depths = speckless_depths(*source, with.key.view);
     take_depths(with.rim);
   }
   work.did(cost(with.key.view) + cost(with.rim.view));
@@ -605,7 +610,7 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   image.loose.volume /= std::pow(to_scene.scale, 3);
   image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
                        static_cast<std::size_t>(image.height));
-  draw(view, shading, with_layers, work, picture);
+  draw(view, with.key, shading, with_layers, work, picture);
   return picture;
 }
 

@@ -122,7 +122,8 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::vector<L
   const auto kernel = context.kernel("shade.cl", "ground_sky", {1, Precision::single, {}});
   const std::size_t count = receivers.size() / QJ_RECEIVER_SIZE;
   const auto shares = context.allocate<float>(count);
-  const qj_light_arguments<float> arguments{.receivers = static_cast<std::int32_t>(count),
+  const qj_light_arguments<float> arguments{.narrowest = 0,
+                                            .receivers = static_cast<std::int32_t>(count),
                                             .ground = 0,
                                             .wide = ground.side,
                                             .samples = 1,
@@ -169,22 +170,24 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
       normals_, tiles(wide, deep),
       {view_reals, wide, strip.first_row * strip.samples - strip.halo, deep, depths,
        device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
-  const auto of_strip =
-      device::Argument::of(qj_strip_arguments<float>{.columns = columns,
-                                                     .rows_in_all = view.rows / strip.samples,
-                                                     .first_row = strip.first_row,
-                                                     .rows = strip.rows,
-                                                     .samples = strip.samples,
-                                                     .halo = strip.halo,
-                                                     .has_traits = strip.traits.empty() ? 0 : 1});
+  const auto of_strip = device::Argument::of(
+      qj_strip_arguments<float>{.columns = columns,
+                                .rows_in_all = view.rows / strip.samples,
+                                .first_row = strip.first_row,
+                                .rows = strip.rows,
+                                .samples = strip.samples,
+                                .halo = strip.halo,
+                                .has_traits = strip.traits.empty() ? 0 : 1,
+                                .has_near_shadow = strip.near_shadow.empty() ? 0 : 1});
   const int samples = wide * sample_rows, pixels = columns * strip.rows;
-  const auto of_light =
-      device::Argument::of(qj_light_arguments<float>{.receivers = samples + pixels,
-                                                     .ground = samples,
-                                                     .wide = wide,
-                                                     .samples = strip.samples,
-                                                     .lights = lights_count_,
-                                                     .key = kKey});
+  const auto of_light = device::Argument::of(
+      qj_light_arguments<float>{.narrowest = static_cast<float>(strip.narrowest_penumbra),
+                                .receivers = samples + pixels,
+                                .ground = samples,
+                                .wide = wide,
+                                .samples = strip.samples,
+                                .lights = lights_count_,
+                                .key = kKey});
   const auto count = static_cast<std::size_t>(samples) + static_cast<std::size_t>(pixels);
   const auto receivers = context.allocate<float>(QJ_RECEIVER_SIZE * count);
   const auto received = context.allocate<float>(QJ_RECEIVED_SIZE * count);
@@ -194,7 +197,10 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
                  {of_strip, view_reals, depths, scene_, receivers});
   context.launch(sky_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
                  {of_light, receivers, lights_, maps_, received});
-  context.launch(key_light_, {{count, 1, 1}, {}}, {of_light, receivers, lights_, maps_, received});
+  const auto near_shadow = context.upload<std::uint8_t>(
+      strip.near_shadow.empty() ? std::vector<std::uint8_t>(1) : strip.near_shadow);
+  context.launch(key_light_, {{count, 1, 1}, {}},
+                 {of_light, of_strip, near_shadow, receivers, lights_, maps_, received});
   const auto traits = context.upload<float>(strip.traits);
   const auto bytes = context.allocate<std::uint8_t>(4 * index(0, strip.rows, columns));
   context.launch(

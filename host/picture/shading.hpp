@@ -49,7 +49,10 @@ struct Strip {
   /// One for each depth: the way through the palette, 0 … 1; or below 0, how light its clay is.
   /// Empty: all are plain clay.
   std::vector<float> traits{};
-  std::vector<float> depths{};  ///< whole rows of samples, from first_row · samples − halo on
+  /// What `near_shadow` found for each pixel; empty: nothing.
+  std::vector<std::uint8_t> near_shadow{};
+  double narrowest_penumbra = 1;  ///< of the key light's map on samples, texels
+  std::vector<float> depths{};    ///< whole rows of samples, from first_row · samples − halo on
 };
 
 /// What a strip shows.

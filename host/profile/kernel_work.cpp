@@ -260,7 +260,7 @@ const std::map<std::string_view, Counted>& counted_kernels() {
       {"march_depth",
        [](const Launch& l) {
          return with_arguments<qj_march>(l, 2,
-                                         [&](const auto& a) { return moving(l, a.count, 4); });
+                                         [&](const auto& a) { return moving(l, a.count, 5); });
        }},
       {"place_vertices",
        [](const Launch& l) {

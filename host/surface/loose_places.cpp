@@ -192,8 +192,10 @@ LoosePlaces find_loose_places(const Grid& grid, const std::vector<bool>& is_insi
   fine.find_loose(most);
 
   LoosePlaces places;
+  places.resolution = grid.step / divisions;
+  places.largest_loose = most * std::pow(places.resolution, 3);
   places.of_pieces = fine.loose_bodies();
-  if (places.of_pieces.empty()) return {};
+  if (places.of_pieces.empty()) return places;
   places.grid = fine.grid();
   const Index& points = places.grid.points;
   places.pieces.count = places.of_pieces.size();

@@ -83,10 +83,12 @@ QJ_ARGUMENTS(qj_strip_arguments) {
   int samples;
   int halo;
   int has_traits;
+  int has_near_shadow;
 };
 
 /* Scalars of the kernels that light receivers. */
 QJ_ARGUMENTS(qj_light_arguments) {
+  real narrowest; /* penumbra of the key light on samples, texels */
   int receivers;
   int ground;  /* receivers from this one on are points of the ground */
   int wide;    /* samples in a row */

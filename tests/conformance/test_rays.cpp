@@ -1,5 +1,6 @@
 // Rays that meet the unit ball and other sets, against closed forms and whole orbits.
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <catch2/catch_all.hpp>
@@ -19,6 +20,7 @@
 #include "layout/picture_layout.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
+#include "picture/specks.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/surface.hpp"
@@ -258,6 +260,84 @@ TEST_CASE("a few rays pass through a loose piece that a coarse grid shows") {
     set.keeps_loose = false;
     set.cells = 12;
     check_flake(test::with_width(width), set, view);
+  }
+}
+
+TEST_CASE("rays go on behind what they come out of") {
+  const FlakeView all({1, 0, 0}, 96, true), body({1, 0, 0}, 96, false);
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    picture::MarchedSet set{body_and_flake(), 1, {}, {}, Precision::single};
+    const auto source = picture::march_source(test::with_width(width), set);
+    CHECK(source->largest_speck() == 0);
+    const auto depths = source->depths(all.view, 0, all.view.rows);
+    std::vector<picture::PassingRay> deep, shallow;
+    std::vector<double> expected;
+    test::for_pixels(all.view, depths, [&](int column, int row, double depth) {
+      if (depth < 0 || all.view.at(column + 0.5, row + 0.5, depth).x() < 1.5) return;
+      const auto hit = static_cast<float>(depth);
+      deep.push_back({column, row, hit, hit + 0.6F});
+      shallow.push_back({column, row, hit, hit + 0.02F});
+      expected.push_back(body.expected[static_cast<std::size_t>(row * 96 + column)]);
+    });
+    REQUIRE(deep.size() > 20);
+    const auto behind = source->depths_beyond(all.view, deep);
+    const auto within = source->depths_beyond(all.view, shallow);
+    REQUIRE(behind.size() == deep.size());
+    int stopped = 0;
+    for (std::size_t i = 0; i < deep.size(); ++i) {
+      CHECK(std::abs(behind[i] - expected[i]) < 0.05);
+      if (std::abs(within[i] - shallow[i].until) < all.view.footprint) ++stopped;
+    }
+    // But for rays that graze it.
+    CHECK(stopped > 0.7 * static_cast<double>(deep.size()));
+    // Nothing behind the face of a cut is known.
+    set.part = Box{{-2, -2, -2}, {2, 2, 2}};
+    const auto cut = picture::march_source(test::with_width(width), set);
+    for (auto& ray : deep) ray.until = (ray.hit += 0.1F) + 0.6F;
+    const auto unknown = cut->depths_beyond(all.view, deep);
+    for (std::size_t i = 0; i < deep.size(); ++i) CHECK(unknown[i] == deep[i].until);
+  }
+}
+
+TEST_CASE("rays tell what stands between a light and a point, as far as is asked") {
+  // The flake stands one unit before the body.
+  const FlakeView light({1, 0, 0}, 32, true);
+  const picture::View seen_by = picture::parallel_view({0, 0, 1}, *body_and_flake().frame.box, 96);
+  for (const int width : test::lane_widths()) {
+    const picture::MarchedSet set{body_and_flake(), 1, {}, {}, Precision::single};
+    const auto source = picture::march_source(test::with_width(width), set);
+    std::vector<picture::LightRay> far, near;
+    std::vector<bool> expected;
+    for (int row = 0; row < light.view.rows; ++row) {
+      for (int column = 0; column < light.view.columns; ++column) {
+        const double body = entered(light.eye(column, row), {-1, 0, 0}, false);
+        if (body < 0) continue;
+        const double first = light.expected[static_cast<std::size_t>(row * 32 + column)];
+        const auto to = static_cast<float>(body);
+        far.push_back({column + 0.5, row + 0.5, 0, to});
+        near.push_back({column + 0.5, row + 0.5, to - 0.3F, to});
+        expected.push_back(first < body - 0.3);
+      }
+    }
+    REQUIRE(far.size() > 200);
+    const auto behind = std::ranges::count(expected, true);
+    CHECK(behind > 1);
+    CHECK(source->blocked(light.view, seen_by, far) == expected);
+    const auto clear = source->blocked(light.view, seen_by, near);
+    CHECK(std::ranges::count(clear, true) == 0);
+    CHECK(clear.size() == far.size());
+  }
+}
+
+TEST_CASE("a picture without specks is as it was") {
+  const auto source = picture::march_source(
+      test::with_width(8),
+      {check::unit_ball(), 6, {}, {}, Precision::single, {}, {}, true, 144, 0, false});
+  for (const int samples : {1, 2}) {
+    const picture::View view = test::ball_view(80, 60, samples);
+    CHECK(picture::speckless_depths(*source, view) == source->depths(view, 0, view.rows));
+    CHECK(source->largest_speck() > 0);
   }
 }
 

@@ -1,0 +1,227 @@
+#include "picture/specks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <unordered_set>
+
+namespace qjulia::picture {
+namespace {
+
+/// Neighbours whose depths differ by more than so many pixels do not hang together.
+constexpr double kGap = 4;
+/// Pits are deeper than so many pixels.
+constexpr double kDeep = 2;
+/// The most that a speck may be wide in a picture, pixels.
+constexpr int kMostWide = 48;
+/// What rays have to come out of to pass through it: how deep it may be, over its width, and beside
+/// that, pixels.
+constexpr double kDepthOverWidth = 4, kMoreDepth = 4;
+constexpr int kRounds = 3;
+
+constexpr double kNothing = std::numeric_limits<double>::infinity();
+
+/// Groups of samples of a grid from which all values around them are higher by more than a gap.
+class GroupFinder {
+ public:
+  /// @param sign of the values: 1 for depths, where nothing is infinitely far, -1 for their
+  /// negatives.
+  GroupFinder(const DepthGrid& grid, double sign, double gap, int most)
+      : grid_(grid),
+        sign_(sign),
+        gap_(gap),
+        most_(most),
+        states_(grid.depths.size(), State::fresh) {}
+
+  std::vector<SampleGroup> all() {
+    std::vector<SampleGroup> groups;
+    for (int row = 1; row + 1 < grid_.rows; ++row) {
+      for (int column = 1; column + 1 < grid_.columns; ++column) {
+        if (!may_begin(column, row)) continue;
+        SampleGroup group;
+        const bool is_whole = follow(column, row, group);
+        for (const std::size_t sample : group) states_[sample] = State::refused;
+        if (is_whole) groups.push_back(std::move(group));
+      }
+    }
+    return groups;
+  }
+
+ private:
+  enum class State : unsigned char { fresh, followed, refused };
+
+  double value(int column, int row) const {
+    const float depth = grid_.at(column, row);
+    return sign_ * (depth < 0 ? kNothing : double{depth});
+  }
+  bool hang_together(double a, double b) const { return a == b || std::abs(a - b) <= gap_; }
+
+  /// Whether a sample may be the first of a group, in the order of rows: of those before it, none
+  /// hangs on it, and none is lower.
+  bool may_begin(int column, int row) const {
+    const double here = value(column, row);
+    if (here == kNothing || states_[index(column, row, grid_.columns)] != State::fresh)
+      return false;
+    for (const auto& [i, j] : {std::pair(-1, 0), {-1, -1}, {0, -1}, {1, -1}}) {
+      const double beside = value(column + i, row + j);
+      if (hang_together(here, beside) || beside < here) return false;
+    }
+    return true;
+  }
+
+  /// Puts the samples of a group into `group`; false, with some of them there, if it is none.
+  bool follow(int column, int row, SampleGroup& group) {
+    int left = column, right = column, bottom = row;
+    group.push_back(index(column, row, grid_.columns));
+    states_[group.front()] = State::followed;
+    for (std::size_t next = 0; next < group.size(); ++next) {
+      const int x = static_cast<int>(group[next] % static_cast<std::size_t>(grid_.columns));
+      const int y = static_cast<int>(group[next] / static_cast<std::size_t>(grid_.columns));
+      left = std::min(left, x), right = std::max(right, x), bottom = std::max(bottom, y);
+      const bool at_edge = x == 0 || y == 0 || x + 1 == grid_.columns || y + 1 == grid_.rows;
+      if (at_edge || right - left >= most_ || bottom - row >= most_) return false;
+      const double here = value(x, y);
+      for (int j = y - 1; j <= y + 1; ++j) {
+        for (int i = x - 1; i <= x + 1; ++i) {
+          const double beside = value(i, j);
+          if (!hang_together(here, beside)) {
+            if (beside < here) return false;
+            continue;
+          }
+          State& state = states_[index(i, j, grid_.columns)];
+          if (state == State::refused) return false;
+          if (state == State::followed) continue;
+          state = State::followed;
+          group.push_back(index(i, j, grid_.columns));
+        }
+      }
+    }
+    return true;
+  }
+
+  const DepthGrid& grid_;
+  double sign_, gap_;
+  int most_;
+  std::vector<State> states_;
+};
+
+/// Samples on each side of the box about a group, whichever are more.
+int width_of(const SampleGroup& group, int columns) {
+  const auto [low, high] = std::ranges::minmax(group);
+  const auto wide = static_cast<std::size_t>(columns);
+  const auto column = [&](std::size_t sample) { return sample % wide; };
+  const auto [left, right] = std::ranges::minmax(group, {}, column);
+  return 1 + static_cast<int>(std::max(high / wide - low / wide, right % wide - left % wide));
+}
+
+/// The median depth of what is around a pit.
+float rim_of(const DepthGrid& grid, const SampleGroup& pit) {
+  const std::unordered_set<std::size_t> own(pit.begin(), pit.end());
+  std::vector<float> around;
+  for (const std::size_t sample : pit) {
+    const int x = static_cast<int>(sample % static_cast<std::size_t>(grid.columns));
+    const int y = static_cast<int>(sample / static_cast<std::size_t>(grid.columns));
+    for (int j = y - 1; j <= y + 1; ++j) {
+      for (int i = x - 1; i <= x + 1; ++i) {
+        const std::size_t beside = index(i, j, grid.columns);
+        if (!own.contains(beside)) around.push_back(grid.depths[beside]);
+      }
+    }
+  }
+  const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+  std::ranges::nth_element(around, middle);
+  return *middle;
+}
+
+}  // namespace
+
+std::vector<SampleGroup> islands(const DepthGrid& grid, double gap, int most) {
+  return GroupFinder(grid, 1, gap, most).all();
+}
+
+std::vector<SampleGroup> pits(const DepthGrid& grid, double gap, int most) {
+  return GroupFinder(grid, -1, gap, most).all();
+}
+
+SpecklessDepths::SpecklessDepths(DepthSource& source, const View& view, std::size_t slab)
+    : source_(source),
+      view_(view),
+      rows_at_once_(static_cast<int>(
+          std::max<std::size_t>(1, slab / static_cast<std::size_t>(view.columns)))),
+      pixel_(view.footprint * view.samples),
+      widest_(static_cast<int>(
+          std::min(source.largest_speck() / view.footprint, double(kMostWide) * view.samples))) {}
+
+int SpecklessDepths::reach() const {
+  const int of_pits = 2 * view_.samples;
+  return of_pits + (widest_ > 0 ? kRounds * (widest_ + 1) : 0);
+}
+
+void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
+  std::unordered_set<std::size_t> tips;  // a sample of each island that is one
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<SampleGroup> found = islands(grid, kGap * pixel_, widest_);
+    std::erase_if(found, [&](const SampleGroup& group) { return tips.contains(group.front()); });
+    if (found.empty()) return;
+    std::vector<PassingRay> rays;
+    for (const SampleGroup& group : found) {
+      const double deepest =
+          kDepthOverWidth * width_of(group, grid.columns) * view_.footprint + kMoreDepth * pixel_;
+      for (const std::size_t sample : group) {
+        const auto wide = static_cast<std::size_t>(grid.columns);
+        const float depth = grid.depths[sample];
+        rays.push_back({static_cast<int>(sample % wide),
+                        first_row + static_cast<int>(sample / wide), depth,
+                        depth + static_cast<float>(deepest)});
+      }
+    }
+    const std::vector<float> beyond = source_.depths_beyond(view_, rays);
+    std::size_t ray = 0;
+    for (const SampleGroup& group : found) {
+      const std::size_t first = ray;
+      bool is_tip = false;
+      for (; ray < first + group.size(); ++ray) {
+        const double from_until = double{beyond[ray]} - double{rays[ray].until};
+        is_tip = is_tip || std::abs(from_until) <= view_.footprint;
+      }
+      if (is_tip) {
+        tips.insert(group.front());
+        continue;
+      }
+      for (std::size_t i = 0; i < group.size(); ++i) grid.depths[group[i]] = beyond[first + i];
+    }
+  }
+}
+
+void SpecklessDepths::compute(int first, int count) {
+  const int from = std::max(0, first - reach());
+  const int to = std::min(view_.rows, first + count + reach());
+  DepthGrid grid{view_.columns, to - from, source_.depths(view_, from, to - from)};
+  if (widest_ > 0) leave_out_islands(grid, from);
+  const DepthGrid before = grid;
+  for (const SampleGroup& pit : pits(before, kDeep * pixel_, 2 * view_.samples - 1)) {
+    const float rim = rim_of(before, pit);
+    for (const std::size_t sample : pit) grid.depths[sample] = rim;
+  }
+  const auto begin =
+      grid.depths.begin() + static_cast<std::ptrdiff_t>(index(0, first - from, view_.columns));
+  known_.assign(begin, begin + static_cast<std::ptrdiff_t>(index(0, count, view_.columns)));
+  from_ = first;
+}
+
+std::vector<float> SpecklessDepths::rows(int first, int count) {
+  const auto known_rows = static_cast<int>(known_.size() / static_cast<std::size_t>(view_.columns));
+  if (first < from_ || first + count > from_ + known_rows) {
+    compute(first, std::min(view_.rows - first, std::max(count, rows_at_once_)));
+  }
+  const auto begin =
+      known_.begin() + static_cast<std::ptrdiff_t>(index(0, first - from_, view_.columns));
+  return {begin, begin + static_cast<std::ptrdiff_t>(index(0, count, view_.columns))};
+}
+
+std::vector<float> speckless_depths(DepthSource& source, const View& view) {
+  return SpecklessDepths(source, view).rows(0, view.rows);
+}
+
+}  // namespace qjulia::picture

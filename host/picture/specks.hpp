@@ -1,0 +1,57 @@
+#pragma once
+/// Depths of a picture without what catches the eye and is not there: specks that hang on nothing,
+/// too small for the grids on which loose pieces are found, and pits as narrow as a pixel.
+
+#include <cstddef>
+#include <vector>
+
+#include "picture/depth_grid.hpp"
+#include "picture/depth_source.hpp"
+#include "picture/view.hpp"
+
+namespace qjulia::picture {
+
+/// Samples that hang together: from one to the next of the eight around it, depths differ by no
+/// more than a gap.
+using SampleGroup = std::vector<std::size_t>;
+
+/// The groups behind which everything around them lies, nothing included, and that are at most
+/// `most` samples wide and high. None reaches the edges of the grid.
+std::vector<SampleGroup> islands(const DepthGrid& grid, double gap, int most);
+
+/// The same for groups before which everything around them lies. Places where nothing is may form
+/// such a group.
+std::vector<SampleGroup> pits(const DepthGrid& grid, double gap, int most);
+
+/// Depths of a view, row by row from the top, a slab of many rows at a time. Rays go on behind an
+/// island if they come out of it: then it is a speck, else the tip of something. What is then seen
+/// may be an island in turn, three times at most. Pits are filled to the level of their rims. No
+/// depth depends on how the rows are divided.
+class SpecklessDepths {
+ public:
+  /// @param slab samples that are computed at a time, in whole rows.
+  SpecklessDepths(DepthSource& source, const View& view, std::size_t slab = kSlab);
+
+  std::vector<float> rows(int first, int count);
+
+ private:
+  static constexpr std::size_t kSlab = std::size_t{1} << 24;
+
+  /// How far to each side of a sample its depth depends on others.
+  int reach() const;
+  void compute(int first, int count);
+  void leave_out_islands(DepthGrid& grid, int first_row) const;
+
+  DepthSource& source_;
+  View view_;
+  int rows_at_once_;
+  double pixel_;  ///< its width, depths
+  int widest_;    ///< specks, in samples
+  int from_ = 0;  ///< the first row of `known_`
+  std::vector<float> known_;
+};
+
+/// All depths of a view.
+std::vector<float> speckless_depths(DepthSource& source, const View& view);
+
+}  // namespace qjulia::picture
