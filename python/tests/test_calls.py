@@ -266,20 +266,22 @@ for held in (False, True):
         busy.start()
         time.sleep(0.2)
     for name in USES:
-        if os.fork() == 0:
+        process = os.fork()
+        if process == 0:
             child(name)
             sys.exit(0)  # with all that Python does in the end
-        os.wait()
+        os.waitpid(process, 0)  # the driver has children of its own: its linker
 busy.join()
 for name in USES:
     process = multiprocessing.get_context("fork").Process(target=child, args=(name,))
     process.start()
     process.join()
-if os.fork() == 0:  # objects of the parent are collected
+process = os.fork()
+if process == 0:  # objects of the parent are collected
     del device, fit, USES
     gc.collect()
     os._exit(0)
-os.wait()
+os.waitpid(process, 0)
 print("parent", map.field(points, device=device).shape, fit.step() is not None or fit.stopped)
 """
 
