@@ -34,6 +34,8 @@ constexpr double kShavedShare = 0.2;
 /// The radius of the first try, in least walls; walls that come out thinner are thickened again.
 constexpr double kFirstRadius = 0.52;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.1;
+/// The most that it grows by if walls are thick enough, but not with so few triangles.
+constexpr double kMostGrowthForTriangles = 1.3;
 constexpr int kMostTries = 6;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
@@ -310,14 +312,16 @@ class PrintJob {
     for (int i = 1;; ++i) {
       body.enlarge_by(size_correction(body.mesh, options_));
       thinnest = body.thinnest;
+      double most = kMostGrowth;
       if (thinnest >= (radius > 0 ? wanted_ : wall_)) {
         PrintMesh made = finished(body);
         if (made.report.thinnest >= wall_) return made;
         thinnest = made.report.thinnest;
+        most = kMostGrowthForTriangles;
       }
       if (i == kMostTries) break;
       radius = radius == 0 ? kFirstRadius * wanted_
-                           : radius * std::clamp(wanted_ / thinnest, kLeastGrowth, kMostGrowth);
+                           : radius * std::clamp(wanted_ / thinnest, kLeastGrowth, most);
       make_solid(body, radius, plane);
     }
     throw Error(fmt::format(
