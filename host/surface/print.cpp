@@ -326,9 +326,12 @@ class PrintJob {
     }
     throw Error(fmt::format(
         "a hundredth of the surface stays thinner than {:.4g} after {} tries, and a wall of {} was "
-        "asked for; {}ask for a thinner wall or a larger print",
+        "asked for; {}{}ask for a thinner wall or a larger print",
         thinnest, kMostTries, wall_,
-        decimates() ? "allow more triangles or a larger error, or " : ""));
+        options_.flat_foot
+            ? "cut the foot at another height, since it also cuts thickened walls, or "
+            : "",
+        decimates() ? "allow more triangles or a smaller error, or " : ""));
   }
 
  private:
