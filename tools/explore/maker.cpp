@@ -76,7 +76,7 @@ void add_colors(const Device& device, const Map& map, const MakeRequest& request
 std::string mesh_file(const Device& device, Map map, const MakeRequest& request,
                       const ProgressMonitor& monitor) {
   if (request.millimetres) map = with_longest_side(std::move(map), *request.millimetres);
-  if (stands_upright(name_of_file(request))) {  // as it is drawn
+  if (format_up(name_of_file(request))) {  // as it is drawn
     map.frame.up = request.view.picture.camera.up.value_or(map.frame.up.value_or(kDefaultUp));
   }
   // Pictures are drawn on `device` while slabs of the mesh are evaluated on threads of their own.
