@@ -58,6 +58,7 @@ class Solid : public DepthSource {
     }
     return found;
   }
+  std::vector<Vector3d> outline() override { return {}; }
   Box bounds() const override { return {{-1, -1, -1}, {1, 1, 1}}; }
 
   std::vector<PassingRay> passed;
