@@ -12,13 +12,13 @@ namespace qjulia::base {
 
 KernelCache kernel_cache() {
   if (const char* cache = std::getenv("POCL_CACHE_DIR")) return {"POCL_CACHE_DIR", cache};
-  if (const char* cache = std::getenv("XDG_CACHE_HOME")) {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != '\0') {
     return {"XDG_CACHE_HOME", std::filesystem::path(cache) / "pocl"};
   }
   if (const char* home = std::getenv("HOME")) {
-    return {"HOME", std::filesystem::path(home) / ".cache/pocl"};
+    return {"HOME", std::string(home) + "/.cache/pocl"};  // PoCL takes an empty one too
   }
-  return {"POCL_CACHE_DIR", std::filesystem::temp_directory_path() / "pocl"};
+  return {"POCL_CACHE_DIR", "/tmp/pocl"};
 }
 
 std::string unwritable_cache() {

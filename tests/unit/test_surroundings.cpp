@@ -8,8 +8,10 @@
 #include <catch2/catch_all.hpp>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <optional>
 
+#include "base/kernel_cache.hpp"
 #include "base/surroundings.hpp"
 #include "temporary_folder.hpp"
 
@@ -166,6 +168,31 @@ TEST_CASE("a folder that PoCL cannot write its kernels to is named, where PoCL i
   CHECK(finding->path == "/proc/no-such-folder");
   CHECK_THAT(finding->text, ContainsSubstring("'/proc/no-such-folder' by POCL_CACHE_DIR") &&
                                 ContainsSubstring("set POCL_CACHE_DIR to one"));
+}
+
+TEST_CASE("the folder of PoCL's kernels is the one that PoCL takes") {
+  std::map<std::string, std::optional<std::string>> kept;
+  for (const char* name : {"POCL_CACHE_DIR", "XDG_CACHE_HOME", "HOME"}) {
+    const char* const own = std::getenv(name);
+    kept[name] = own == nullptr ? std::nullopt : std::optional<std::string>(own);
+    ::unsetenv(name);
+  }
+  const auto folder = [] { return qjulia::base::kernel_cache().folder; };
+  const auto without = folder();
+  ::setenv("HOME", "/home/somebody", 1);
+  ::setenv("XDG_CACHE_HOME", "", 1);  // as if it were not set
+  const auto of_home = folder();
+  ::setenv("XDG_CACHE_HOME", "/caches", 1);
+  const auto of_caches = folder();
+  ::setenv("POCL_CACHE_DIR", "/kernels", 1);
+  const auto own = folder();
+  for (const auto& [name, value] : kept) {
+    value ? ::setenv(name.c_str(), value->c_str(), 1) : ::unsetenv(name.c_str());
+  }
+  CHECK(without == "/tmp/pocl");
+  CHECK(of_home == "/home/somebody/.cache/pocl");
+  CHECK(of_caches == "/caches/pocl");
+  CHECK(own == "/kernels");
 }
 
 TEST_CASE("a node that may not be opened is named with its group and a command") {
