@@ -106,8 +106,8 @@ static inline lane trait_closest(trait_closeness of, int iterations) {
 }
 
 // How far out of the grooves a point lies: 0 at the inner end of the undecided shell, 1 at the
-// outer. It is resolved where F differs little over the whole shell: the narrower side says nothing
-// here, and in exact maps is a tenth of it.
+// outer. It is resolved where F differs little over the whole shell, not over the narrower side as
+// elsewhere: in exact maps that side is a tenth of the shell.
 static inline lane trait_groove(trait_images first, trait_band band) {
   real wide = band.high - band.low;
   real narrow = fmin(band.level - band.low, band.high - band.level) / wide;

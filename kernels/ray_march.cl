@@ -385,9 +385,9 @@ static inline void compute_fields(const marching* with, marched_lanes* lanes) {
 }
 
 // Depths along rays of a view. rays: four arrays of march.stride reals, the pixel coordinates x and
-// y of each ray; a hint: a depth close before its hit, or 0; and a depth, or 0, up to which the ray
-// passes through what its hint lies in. grid, safe: as in `safe_steps`.
-// nodes, node_places, node_field, node_versors, trusted: a lattice of images. table_layout ...
+// y of each ray; a hint, which is a depth just in front of its hit, or 0; and a depth up to which
+// the ray passes through what its hint lies in, or 0. grid, safe: as in `safe_steps`. nodes,
+// node_places, node_field, node_versors, trusted: a lattice of images. table_layout ...
 // table_versors: a table of images (image_table.clh), for iterates from march.tabled on. loose_grid
 // ... finer_bits: the places that rays pass through (loose_places.clh).
 //

@@ -241,8 +241,8 @@ kernel void ground_sky(qj_light_arguments with, global const real* restrict rece
 }
 
 // The share of the key light that reaches each receiver. Samples of a pixel take their taps at
-// different places. near_shadow: for each pixel of the strip, where there are any, whether
-// something nearer than maps show keeps the light off it.
+// different places. near_shadow: for each pixel of the strip, where `strip.has_near_shadow`, how
+// far something too near to be in the maps keeps the light off it, 0 … 255.
 kernel void key_light(qj_light_arguments with, qj_strip_arguments strip,
                       global const uchar* restrict near_shadow,
                       global const real* restrict receivers, global const real* restrict lights,

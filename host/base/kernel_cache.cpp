@@ -29,9 +29,8 @@ std::string unwritable_cache() {
   if (!error && ::access(folder.c_str(), W_OK | X_OK) != 0) problem = std::strerror(errno);
   if (problem.empty()) return {};
   return fmt::format(
-      "PoCL, the driver for CPUs, cannot write to '{}' by {}, its folder for compiled kernels "
-      "({}); "
-      "set POCL_CACHE_DIR to one that can be written",
+      "PoCL, the driver for CPUs, cannot write to its folder for compiled kernels, '{}' (from {}): "
+      "{}; set POCL_CACHE_DIR to a folder that can be written",
       folder.string(), variable, problem);
 }
 
@@ -44,8 +43,8 @@ std::string full_cache() {
   const std::filesystem::space_info space = std::filesystem::space(folder, error);
   if (error || space.available >= kNeeded) return {};
   return fmt::format(
-      "the disk of PoCL's folder for compiled kernels, '{}' by {}, is full ({} KiB are free); free "
-      "some space there, or set POCL_CACHE_DIR to a folder on another disk",
+      "the disk of PoCL's folder for compiled kernels, '{}' (from {}), is full ({} KiB are free); "
+      "free some space there, or set POCL_CACHE_DIR to a folder on another disk",
       folder.string(), variable, space.available >> 10U);
 }
 

@@ -6,17 +6,17 @@
 
 namespace qjulia::base {
 
-/// Where it is, and the environment variable that says so: pocl(7).
+/// The folder's path, and the environment variable that it comes from: pocl(7).
 struct KernelCache {
   const char* variable;
   std::filesystem::path folder;
 };
 KernelCache kernel_cache();
 
-/// Why nothing can be written there, and what to do; empty where it can be written.
+/// Says why nothing can be written there, and what to do; empty where writing works.
 std::string unwritable_cache();
 
-/// That its disk has no room for another kernel, and what to do; empty where it has.
+/// Says that its disk has no room for another kernel, and what to do; empty where there is room.
 std::string full_cache();
 
 }  // namespace qjulia::base

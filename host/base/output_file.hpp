@@ -64,9 +64,10 @@ class ScratchFile {
 /// Writes `text` to `path`, all or nothing. @throws OutputError
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// Writes `text` into a regular file that is there and as long or longer, and blanks after it. Most
-/// file systems need no space for this, so that it can be done on a full disk; whoever reads or
-/// kills at that moment may find half of it. @return whether it is written.
+/// Overwrites a regular file that exists and is at least as long as `text` with `text`, and blanks
+/// after it. Most file systems need no space for this, so it works on a full disk. A reader at that
+/// moment may see half of it, and a process that is killed then may leave half of it. @return
+/// whether it is written.
 bool overwrite_file(const std::filesystem::path& path, std::string_view text);
 
 /// Removes temporary files of `path` that killed processes have left.

@@ -35,8 +35,8 @@ Context::Context(const DeviceInfo& info, const Handles& handles)
 
 Context::~Context() {
   if (impl_->process != ::getpid()) {
-    // The queue's work goes on in the process that opened it, and the driver would wait for it
-    // here.
+    // The queue's work goes on in the process that opened it; here the driver would wait for it
+    // without end.
     static_cast<void>(impl_.release());
     return;
   }

@@ -165,7 +165,8 @@ class Context {
 
   const DeviceInfo& info() const;
 
-  /// As `Device::expect_own_process`, which all that uses the queue or the driver does itself.
+  /// As `Device::expect_own_process`. All functions that use the queue or the driver call it
+  /// themselves.
   void expect_own_process() const;
 
   /// @throws DeviceError when the device has not that much memory, or takes no buffer that large:

@@ -83,7 +83,7 @@ struct Kernel::Handle {
 
 struct Context::Impl {
   DeviceInfo info;
-  pid_t process = ::getpid();  ///< that the context was opened in
+  pid_t process = ::getpid();  ///< in which the context was opened
   cl::Device device;
   cl::Context context;
   cl::CommandQueue queue;
@@ -129,7 +129,7 @@ struct Context::Impl {
     return patient_wait([&] { queue.flush(); }, call);
   }
 
-  /// To be called before anything is asked of the queue.
+  /// Call it before anything is asked of the queue.
   void expect_own_process(const std::string& call) const {
     device::expect_own_process(process, info.name, call);
   }

@@ -56,7 +56,7 @@ constexpr const char* kInstallHint =
 /// @param is_any_shown whether drivers show other devices
 std::string what_to_do(bool is_any_shown) {
   std::vector<base::Finding> findings = base::surroundings();
-  // Where a driver that is installed fails, that is why no device is shown at all.
+  // If an installed driver cannot be used, that is why no device is shown at all.
   const auto is_cause = [](const base::Finding& finding) {
     return finding.kind == "library" || finding.kind == "cache";
   };

@@ -17,7 +17,7 @@
 namespace qjulia::device {
 namespace {
 
-/// Our own, beside OpenCL's, which are negative.
+/// An error code of our own; OpenCL's are negative.
 constexpr int kForkedProcess = 1;
 
 /// Not CL_OUT_OF_RESOURCES: that is said of launches too, whatever they lack.

@@ -16,8 +16,8 @@
 namespace qjulia::device {
 
 /// Throws DeviceError where this process was forked from the one that `device` was opened in, or,
-/// for `platforms`, OpenCL was first used in: drivers' threads and locks are gone there, and calls
-/// would wait for ever.
+/// for `platforms`, OpenCL was first used in: in a forked process the driver's threads are gone,
+/// and calls would wait for ever.
 /// @param call what the error says could not be done.
 void expect_own_process(pid_t opened_by, const std::string& device, const std::string& call);
 

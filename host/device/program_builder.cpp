@@ -102,9 +102,8 @@ CountedBuilds& counted_builds() {
 [[noreturn]] void refuse_crashed(const std::string& name, const DeviceInfo& info,
                                  const std::filesystem::path& marker) {
   throw KernelBuildError(fmt::format(
-      "{} is not compiled for '{}' (driver {}), because the process that tried it last ended in "
-      "the "
-      "middle: the driver's compiler has probably crashed. To try again, remove '{}', or run "
+      "{} is not compiled for '{}' (driver {}), because the last process that tried ended before "
+      "it was done: the driver's compiler has probably crashed. To try again, remove '{}', or run "
       "'qjulia doctor', which compiles in a process of its own. A newer driver is always tried",
       name, info.name, info.driver_version, marker.string()));
 }

@@ -30,7 +30,7 @@ double detail_for(const Device& device, const Map& map, DetailWord word,
     if (map.frame.box) spread.longest_side = longest_side(map) / diagonal;
   }
   const double detail = chosen_detail(word, spread, is_exact ? kExactRule : kFittedRule);
-  // The box that the map says need not be that of its surface.
+  // The box in the map need not be that of its surface.
   return detail * diagonal / map.frame.own_diagonal().value_or(diagonal);
 }
 

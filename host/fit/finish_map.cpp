@@ -138,8 +138,8 @@ std::string poor_fit(const Device& device, const Map& map, double iou, const Sam
   const Eigen::Vector3d where =
       map.frame.shape_to_map.to_shape(surface[static_cast<std::size_t>(worst - off.begin())]);
   return fmt::format(
-      "the fit reaches an IoU of {:.2f} only; it is farthest off the surface, by about {:.2g} % of "
-      "the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More factors or more time follow the shape "
+      "the fit reaches an IoU of {:.2f} only; it is farthest from the surface, by about {:.2g} % "
+      "of the diagonal, near ({:.4g}, {:.4g}, {:.4g}). More factors or more time follow the shape "
       "more closely",
       iou, 100 * *worst, where.x(), where.y(), where.z());
 }

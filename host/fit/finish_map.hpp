@@ -19,11 +19,11 @@ namespace qjulia::fitting {
 Map finish_map(const Device& device, Map map, const Shape& shape, const SamplePool& pool,
                double detail, std::vector<std::string>& warnings);
 
-/// A warning that says how poor the fit is and where the surface is missed most; empty if the IoU
-/// is 0.9 or more. @param map finished. @param iou its own, at n = 1.
+/// A warning that says how poor the fit is and where it is farthest from the surface; empty if the
+/// IoU is 0.9 or more. @param map finished. @param iou its own, at n = 1.
 std::string poor_fit(const Device& device, const Map& map, double iou, const SamplePool& pool);
 
-/// The mean distance of a finished map's surface from the pool's surface points, to first order,
+/// The mean distance of the pool's surface points from a finished map's surface, to first order,
 /// over the diagonal of the shape's box.
 double mean_distance(const Device& device, const Map& map, const SamplePool& pool);
 

@@ -22,7 +22,7 @@ struct MeasuredMesh {
   std::optional<UpAxis> up{};
 };
 
-/// Cells along each side of the cube that overlaps are counted over.
+/// Number of cells along each side of the cube in which overlaps are counted.
 constexpr int kOverlapCells = 48;
 
 class MeshProblem final : public Problem {

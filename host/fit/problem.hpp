@@ -11,7 +11,7 @@
 
 namespace qjulia::fitting {
 
-/// A map as a fit that ends with it gives it.
+/// A map in the form in which a fit that ends with it would give it.
 struct FinishedMap {
   Map map;
   std::vector<std::string> warnings;  ///< what a user should know about it, a sentence each
@@ -31,7 +31,7 @@ class Problem {
   virtual std::vector<double> distances(const std::vector<Eigen::Vector3d>& points) const = 0;
   /// IoU, 0 … 1, of {F_n < map.surface_level} and the inside of the shape, on a coarse grid.
   virtual double overlap(const Map& map, int iterations) const = 0;
-  /// What a fit gives that ends with this map, which is in distance units or has been polished: it
+  /// The map that a fit gives if it ends with `map`, which is in distance units or was polished: it
   /// has the wanted detail.
   virtual FinishedMap finished(const Map& map) const = 0;
   /// The map that a stage starts from; if several processes fit together, the same one for all.

@@ -139,7 +139,7 @@ void Stages::finish() {
   FinishedMap result = finished();
   finished_.reset();
   map_ = std::move(result.map);
-  map_.layers.steepness = 1;  // what is fitted has none
+  map_.layers.steepness = 1;  // a map has no steepness while it is fitted
   warnings_ = std::move(result.warnings);
 }
 

@@ -175,7 +175,7 @@ std::string file_text(const Map& map) {
   return text + "\n}\n";
 }
 
-/// What a file of this name is and what reads it, where it can hold no map; empty where it can.
+/// For a file whose name says that it can hold no map: what it is and what reads it. Else empty.
 std::string other_use(const std::filesystem::path& path) {
   const auto content = content_of(path);
   if (!content || has_type(path, FileContent::map, FileUse::read)) return {};

@@ -61,8 +61,8 @@ double mean_way(std::ptrdiff_t points, const surface::Grid& grid, const Box& box
   return face > 0 ? static_cast<double>(points) * std::pow(grid.step, 3) / face : 0;
 }
 
-/// The points whose body holds at least a hundredth as many points inside as the largest one.
-/// Bodies are told apart by blocks of 2 × 2 × 2 points, so that thin necks do not break.
+/// The points of bodies that hold at least a hundredth as many inside points as the largest body.
+/// Bodies are connected sets of blocks of 2 × 2 × 2 points, so that thin necks do not divide them.
 template <class IsInside>
 std::vector<bool> large_bodies(const Eigen::Vector3i& points, const IsInside& is_inside) {
   constexpr double kLeast = 0.01;
@@ -211,7 +211,7 @@ const std::vector<float>& BandGrid::values() {
     if (steps_[i] < 0 && steps_[i] > inner_ - grid_.step) undecided.push_back(device::narrow(i));
   }
   std::vector<float> found(steps_.size());
-  // Without what is looked up, which depends on the view: the outline must not.
+  // No look-ups: they depend on the view, and the outline must not.
   surface::LevelSet(map_.device(), set_.map, band_.stops, set_.iterations, set_.precision)
       .clamped_at(grid_, surface::whole(grid_), undecided,
                   {set_.map.dynamics.surface_level, kMostValue, kMostValue}, found);

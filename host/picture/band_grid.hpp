@@ -53,11 +53,11 @@ class BandGrid {
   /// points; map units. 0 where there are portals.
   double way_in_band() const { return way_in_band_; }
 
-  /// Points that reach about as far in every direction as the set, without pieces that hang on
-  /// nothing, by more than about a cell, and are less than a hundredth as large as the largest
-  /// body. Where there are portals, copies may be small, and all pieces count.
+  /// Points that reach about as far in every direction as the set. Pieces are left out that hang on
+  /// nothing, with gaps of more than about a cell, and are less than a hundredth as large as the
+  /// largest body. Where there are portals, copies may be small, and all pieces count.
   std::vector<Eigen::Vector3d> outline();
-  /// How far points lie below the surface of {F₁ < L}, at least.
+  /// Lower bounds on how far points lie below the surface of {F₁ < L}.
   std::vector<float> ways_inside(const std::vector<Eigen::Vector3d>& points) const;
 
   /// What of the set hangs on nothing large. @pre the grid is over all of the set.

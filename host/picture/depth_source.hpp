@@ -15,8 +15,8 @@
 
 namespace qjulia::picture {
 
-/// A ray of a pixel that goes on from its hit. It passes through what lies there if it comes out of
-/// it before the depth `until`.
+/// A ray of a pixel that goes on from its hit. It passes through the piece that it has hit if it
+/// comes out of it before the depth `until`.
 struct PassingRay {
   int column, row;
   float hit, until;
@@ -57,8 +57,8 @@ class DepthSource {
   /// all that it shows is to be drawn.
   virtual double largest_speck() const { return 0; }
 
-  /// What these rays meet behind what they have hit: QJ_NO_HIT where there is nothing, and `until`
-  /// or about that where they do not come out of it.
+  /// Depths that these rays meet behind what they have hit: QJ_NO_HIT where there is nothing, and
+  /// about `until` where they do not come out of it.
   virtual std::vector<float> depths_beyond(const View& /*view*/,
                                            const std::vector<PassingRay>& rays) {
     std::vector<float> depths;
@@ -66,8 +66,8 @@ class DepthSource {
     return depths;
   }
 
-  /// Whether these rays are blocked before they come as near to their ends as a pixel of the
-  /// camera's view is wide. Empty where depth maps have to do.
+  /// Whether each of these rays is blocked before the last pixel width (of the camera's view) of
+  /// its way. Empty where only depth maps can be used.
   /// @param seen_by the camera's view, in which the ends of the rays are seen.
   virtual std::vector<bool> blocked(const View& /*light*/, const View& /*seen_by*/,
                                     const std::vector<LightRay>& /*rays*/) {
@@ -77,12 +77,12 @@ class DepthSource {
   /// What orbits are looked up in: the tables that were made last.
   virtual LookupReport lookups() const { return {}; }
 
-  /// Points that reach about as far in every direction as what is framed, in the view's
-  /// coordinates; none where nothing is found.
+  /// A few points that reach about as far in every direction as what is framed, in the view's
+  /// coordinates; empty where nothing is found.
   virtual std::vector<Eigen::Vector3d> outline() = 0;
 
-  /// How far points lie below the surface of {F₁ < L}, at least, in the view's coordinates; empty
-  /// where there is no inside.
+  /// Lower bounds on how far points lie below the surface of {F₁ < L}, in the view's coordinates;
+  /// empty where there is no inside.
   virtual std::vector<float> ways_inside(const std::vector<Eigen::Vector3d>& /*points*/) {
     return {};
   }
@@ -114,7 +114,8 @@ struct MarchedSet {
 std::unique_ptr<DepthSource> march_source(const Device& device, const MarchedSet& set);
 
 /// A mesh, as `to_scene` takes it, rasterised on the host.
-/// @param framed the outline is of what lies in it, in the mesh's coordinates; by default all.
+/// @param framed the outline is that of the part of the mesh in this box, in the mesh's
+/// coordinates; by default of all of it.
 std::unique_ptr<DepthSource> mesh_source(TriangleMesh mesh, const ShapeToMap& to_scene = {},
                                          const std::optional<Box>& framed = {});
 

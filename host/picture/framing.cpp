@@ -17,11 +17,12 @@ using Points = Eigen::Matrix3Xd;
 
 /// Share of the picture's tighter side that is filled.
 constexpr double kFilled = 0.83;
-/// Directions that extremes are sought in, evenly over the sphere.
+/// Number of directions in which extremes are sought, evenly over the sphere.
 constexpr int kDirections = 256;
-/// The eye stays this share of the outline's size before what is nearest to it.
+/// The eye keeps at least this distance from the outline, as a share of the outline's size.
 constexpr double kClear = 0.05;
-/// Steps that a middle for several cameras takes, of 1/2, 1/4, 1/6 … of the outline's size.
+/// Number of steps that the search for a common middle takes; their lengths are 1/4, 1/6, 1/8 … of
+/// the outline's size.
 constexpr int kSteps = 400;
 
 Points matrix_of(std::span<const Vector3d> points) {
@@ -53,12 +54,12 @@ std::array<Side, 4> sides_of(const Camera& camera, const Points& outline, double
           side(axes.up, tan_y, false), side(-axes.up, tan_y, false)};
 }
 
-/// An eye's place along an axis across the view, and how far along the view's axis it is.
+/// An eye's place along an axis across the view, and along the view's axis.
 struct Place {
   double across, back;
 };
 
-/// The nearest place from which all is seen within this tangent to both sides.
+/// The nearest place from which the whole outline is seen within this tangent to both sides.
 Place nearest_place(const Points& outline, const Vector3d& across, const Vector3d& back,
                     double tangent) {
   const Vector3d axis = tangent * back;
@@ -67,15 +68,16 @@ Place nearest_place(const Points& outline, const Vector3d& across, const Vector3
   return {0.5 * (to_right - to_left), 0.5 * (to_right + to_left) / tangent};
 }
 
-/// How far the eye stays before what is nearest to it: a needle that points at it would touch it.
+/// How far the eye stays from the nearest part of the outline; otherwise a needle that points at
+/// the eye could touch it.
 double clearance(const Points& outline) {
   return kClear * (outline.rowwise().maxCoeff() - outline.rowwise().minCoeff()).norm();
 }
 
-/// Where an eye so far back sees as much to one side as to the other.
+/// The place across the view at which an eye so far back has equal room to both sides.
 double middle_place(const Points& outline, const Vector3d& across, const Vector3d& back,
                     double tangent, double so_far) {
-  // The place is the farther back the narrower the view.
+  // The narrower the view, the farther back is the place.
   double low = 0, high = tangent;
   for (int halving = 0; halving < 50; ++halving) {
     const double middle = 0.5 * (low + high);
@@ -84,8 +86,8 @@ double middle_place(const Points& outline, const Vector3d& across, const Vector3
   return nearest_place(outline, across, back, high).across;
 }
 
-/// The point that a camera looks at where the outline is to be in the middle and as large as can
-/// be.
+/// The point at which a camera must look so that the outline is in the middle and as large as
+/// possible.
 Vector3d middle_for(const Camera& camera, const Points& outline, double aspect) {
   const CameraAxes axes = camera_axes(camera);
   const double tan_y = kFilled * std::tan(0.5 * camera.field_of_view * kDegree);
@@ -99,8 +101,8 @@ Vector3d middle_for(const Camera& camera, const Points& outline, double aspect) 
          0.5 * (depths.minCoeff() + depths.maxCoeff()) * axes.back;
 }
 
-/// The same for several cameras: level and upright parts are moved towards the side that asks for
-/// the greatest distance, by shorter and shorter steps.
+/// The same point for several cameras: its level and upright parts move, by shorter and shorter
+/// steps, towards the side of a view that demands the greatest distance.
 Vector3d middle_for(const std::vector<Side>& sides, const Points& outline, const Vector3d& up) {
   const Vector3d low = outline.rowwise().minCoeff(), high = outline.rowwise().maxCoeff();
   Vector3d middle = 0.5 * (low + high), best = middle;
@@ -113,7 +115,7 @@ Vector3d middle_for(const std::vector<Side>& sides, const Points& outline, const
     }
     const auto [level, upright] = farthest;
     const double distance = std::max(level->distance(middle), upright->distance(middle));
-    // Where one of them alone decides, the other goes on to its own middle.
+    // Where only one of the two sides decides, the other part still moves on to its own middle.
     if (distance <= least * (1 + 1e-3)) {
       least = std::min(least, distance);
       best = middle;

@@ -9,7 +9,7 @@
 
 namespace qjulia::picture {
 
-/// Few of the points, which reach about as far in every direction as all of them: to 1 % of their
+/// A few of the points, which reach as far in every direction as all of them, to 1 % of their
 /// extent.
 std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points);
 

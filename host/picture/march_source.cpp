@@ -61,13 +61,14 @@ constexpr double kPixelsAPlace = 1.5, kFinest = 16;
 /// Points that lie more than so many cells behind the surface in the band's grid are out of sight.
 constexpr double kHiddenCells = 4;
 
-/// Specks are at most so many steps of the grid wide that loose pieces were sought on.
+/// The greatest width of a speck, in steps of the grid on which loose pieces were sought.
 constexpr double kSpeckSteps = 6;
 
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
 
-/// One ray of a view, a depth close before its hit, and how far it passes through what lies there.
+/// One ray of a view, a depth just in front of its hit, and the depth up to which it passes through
+/// what lies there.
 struct Ray {
   double x, y;  ///< pixel coordinates
   float hint = 0, through = 0;
@@ -408,8 +409,8 @@ class MarchSource : public DepthSource {
     return std::vector<float>(index(0, rows, view.columns), static_cast<float>(QJ_NO_HIT));
   }
 
-  /// @param served the view whose tables serve these rays. @param take (i, depth) gets the depth of
-  /// ray i.
+  /// @param served the view whose tables serve these rays. @param take takes (i, depth), the depth
+  /// of ray i.
   template <class Take>
   void march(const View& view, const View& served, const std::vector<Ray>& rays, const Take& take) {
     device::Context& context = map_.context();

@@ -10,18 +10,18 @@
 namespace qjulia {
 namespace {
 
-/// Shares of what occurs below the palette's beginning and above its end.
+/// Shares of the values that lie below the palette's beginning and above its end.
 constexpr double kTail = 0.02;
-/// Parts of a palette that are seen alike.
+/// Number of parts of a palette, each of which is seen about equally often.
 constexpr int kParts = 8;
-/// Each part covers at least this much of what an even one would, so that none is narrow.
+/// Each part covers at least this share of an even part, so that none is too narrow.
 constexpr double kLeastPart = 0.25;
-/// A palette is spread over at least this much of the orbits' numbers, 0 … 1, so that it does not
-/// show what differs by rounding alone.
+/// A palette is spread over at least this width of the orbits' numbers, which lie in 0 … 1, so that
+/// it does not show differences of rounding.
 constexpr double kLeastSpread = 1e-3;
 
-/// Whether the material's numbers are measures that mean more the larger they are, and nothing
-/// else: not lengths, and not names.
+/// Whether only the order of the material's numbers has a meaning: they are neither lengths nor
+/// names.
 bool is_of_orbits(Material material) {
   switch (material) {
     case Material::iterations:
@@ -36,11 +36,11 @@ bool is_of_orbits(Material material) {
   return false;
 }
 
-/// The nearest values, in the sense of least squares, that rise by at least `gap` each: where many
-/// are the same, they stand evenly about it.
+/// The nearest values, in the sense of least squares, that rise by at least `gap` each. Equal
+/// values are spread evenly about their common value.
 std::vector<double> apart(const std::vector<double>& values, double gap) {
-  // Without the gaps they are to rise at all: means of neighbours that do not are put in their
-  // places.
+  // Less their gaps, the values need only not fall (isotonic regression): neighbours that fall are
+  // replaced by their mean.
   struct Pool {
     double sum;
     int count;

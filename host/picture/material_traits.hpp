@@ -36,8 +36,9 @@ std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& col
 /// The way through the palette, 0 … 1, to what the material shows.
 double share_of(const MaterialRange& range, double trait);
 
-/// The way through the palette, 0 … 1, on a cut face, so far below the surface, in diagonals of the
-/// shape's box: from its end at the rim inward, with rings that are the wider the deeper they lie.
+/// The position in the palette, 0 … 1, on a cut face at this depth below the surface, in diagonals
+/// of the shape's box. It starts at the palette's end at the rim and goes inward, with rings that
+/// are wider the deeper they lie.
 double stratum_at(double way_inside);
 
 }  // namespace qjulia::picture

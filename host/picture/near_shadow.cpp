@@ -9,16 +9,17 @@
 namespace qjulia::picture {
 namespace {
 
-/// Texels are wide if they are wider than so many pixels. The map does not tell what is nearer than
-/// so many texels.
+/// Texels are wide if they are wider than kWide pixels. The map shows nothing nearer than kBlind
+/// texels.
 constexpr double kWide = 2, kBlind = 3;
 constexpr double kNarrowest = 2;
 constexpr float kAll = 255;
 
 double pixel_of(const View& view) { return view.footprint * view.samples; }
 
-/// Shares of pixels with those around them, by weights of 1, 2, 1 along rows and columns; below 0
-/// where there is nothing. Without the first and the last row, which only serve those between.
+/// Shares smoothed over neighbouring pixels with weights 1, 2, 1 along rows and columns; below 0
+/// where a pixel shows nothing. The first and the last row serve their neighbours only and are left
+/// out.
 std::vector<std::uint8_t> smoothed(const DepthGrid& shares) {
   std::vector<std::uint8_t> smooth(index(0, shares.rows - 2, shares.columns));
   for (int row = 1; row < shares.rows - 1; ++row) {

@@ -91,26 +91,25 @@ std::vector<PictureSetting> camera_frame_settings() {
         .values = "X Y Z",
         .unit = "shape units",
         .help = "The point in the middle of the picture, shape units",
-        .more = "By default it is the middle of frame, or else the point with which the set stands "
-                "in the middle; in a series of pictures, the same for all.",
+        .more = "By default it is the middle of frame, or else the point that puts the set in the "
+                "middle. All pictures of a series have the same.",
         .controls = {{.name = "look", .label = "look at", .help = ""}}},
        [](PictureOptions& p) -> std::optional<Eigen::Vector3d>& { return p.camera.look_at; },
        true},
       {{.name = "distance",
         .values = "NUMBER",
         .unit = "shape units",
-        .help = "How far the eye is from the point in the middle of the picture, shape units",
-        .more =
-            "By default it is so far that the set, were it in the middle, would fill 83 % of the "
-            "picture's tighter side; in a series of pictures, the same for all.",
+        .help = "Distance from the eye to the point in the middle of the picture, shape units",
+        .more = "By default, a set in the middle fills 83 % of the picture's tighter side. All "
+                "pictures of a series have the same.",
         .controls = {{.name = "distance", .label = "distance", .help = ""}}},
        [](PictureOptions& p) -> std::optional<double>& { return p.camera.distance; },
        true},
       {{.name = "frame",
         .values = "X0 Y0 Z0 X1 Y1 Z1",
         .unit = "shape units",
-        .help = "What fills the picture at zoom 1, shape units, seen from as far as the whole set "
-                "would be",
+        .help = "The box that fills the picture at zoom 1, shape units, seen from the distance "
+                "that shows the whole set",
         .more = "By default it is the whole set."},
        [](PictureOptions& p) -> std::optional<Box>& { return p.camera.frame; },
        true},

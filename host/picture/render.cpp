@@ -44,8 +44,8 @@ constexpr int kSkyLights = 64, kDraftSkyLights = 16, kDraftFinestCells = 128;
 constexpr double kDraftLamps = 0.5;
 /// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
 constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kDepthGridCost = 3e5;
-/// Rays that tell what a material shows, of all pictures together and of each at least; and the
-/// most pictures that are asked.
+/// Rays that sample the values of a material: in all pictures together, and at least in each; and
+/// the greatest number of pictures that are sampled.
 constexpr double kShownRays = 12000, kLeastShownRays = 2000;
 constexpr std::size_t kMostShown = 12;
 constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reaches
@@ -70,7 +70,7 @@ struct SeenPoints {
 /// @param depths of the view's rows from `first_row` on. @param part what cuts leave, if any.
 SeenPoints seen_points(const View& view, int first_row, std::span<const float> depths,
                        const std::optional<Box>& part) {
-  // Single precision tells depths apart by less than this share of them.
+  // Depths in single precision that differ by less than this share may be equal.
   constexpr double kRounding = 1e-5;
   SeenPoints seen;
   const auto wide = static_cast<std::size_t>(view.columns);
@@ -88,7 +88,7 @@ SeenPoints seen_points(const View& view, int first_row, std::span<const float> d
   return seen;
 }
 
-/// What the material shows at points that stand for balls as wide as a pixel.
+/// Values of the material at points that stand for balls as wide as a pixel.
 std::vector<float> traits_at(DepthSource& source, const Coloring& coloring,
                              const std::vector<Vector3d>& points, double pixel) {
   return material_traits([&](const auto& p, auto widths) { return source.traits(p, widths); },
@@ -134,7 +134,7 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
   return static_cast<std::size_t>(std::ranges::count(covered, true));
 }
 
-/// The camera, with what it looks at and frames, and how far it is, in the scene's coordinates.
+/// The camera in the scene's coordinates, with what it looks at, what it frames and its distance.
 Camera in_scene(Camera camera, const ShapeToMap& to_scene) {
   if (camera.distance) *camera.distance *= to_scene.scale;
   if (camera.look_at) camera.look_at = to_scene.to_map(*camera.look_at);
@@ -277,7 +277,7 @@ struct Studio::Impl {
                        options.samples_per_axis);
   }
   bool has_material() const { return options.material != Material::clay; }
-  /// What the material shows at about so many points of a view that was prepared.
+  /// Values of the material at about so many points of a view that was prepared.
   std::vector<float> shown(const View& view, double rays);
   LayeredImage picture(const ProgressMonitor& monitor, bool with_layers);
   /// Depths of the sky's lights, and what they light of the ground.
@@ -297,14 +297,15 @@ struct Studio::Impl {
             options.background,
             options.palette};
   }
-  /// Where faces of cuts have colours of their own. Heights and factors go on within.
+  /// The box whose faces, where they cut the set, have colours of their own; empty for heights and
+  /// factors, which continue inside the set.
   std::optional<Box> faces() const {
     const bool goes_on =
         options.material == Material::height || options.material == Material::factor;
     return goes_on ? std::nullopt : part;
   }
-  /// What colours the strip's samples: where not below 0, how far through the palette they are, and
-  /// else how light their clay is. None where all is plain clay.
+  /// What colours the strip's samples: a position in the palette, or, if below 0, minus the
+  /// lightness of clay. Empty where all is plain clay.
   std::vector<float> traits_of(const View& view, const Strip& strip) const;
   void take_depths(Light& light) const {
     light.depths = source->depths(light.view, 0, light.view.rows);
@@ -412,7 +413,7 @@ const std::vector<Vector3d>& Studio::Impl::known_outline() {
   if (!outline.empty()) return outline;
   for (const Vector3d& point : source->outline()) outline.push_back(to_scene.to_shape(point));
   if (outline.empty()) {
-    // Nothing to go by but the box.
+    // Only the box is known.
     const Eigen::AlignedBox3d box(to_scene.to_shape(framed.low), to_scene.to_shape(framed.high));
     for (int corner = 0; corner < 8; ++corner) {
       outline.emplace_back(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
@@ -442,8 +443,8 @@ std::vector<float> Studio::Impl::shown(const View& view, double rays) {
   few = few.coarse();
   few.footprint = view.footprint * view.samples;
   few.tolerance = view.tolerance;
-  // What rays of the view itself are looked up in is made first, and serves these: with the range
-  // given, the picture is the same bit for bit.
+  // The look-up tables for the view's own rays are made first, and serve these rays, too, so that
+  // the picture is the same, bit for bit, as with this range given.
   source->depths(view, 0, 1);
   const std::vector<float> depths = source->depths(few, 0, few.rows);
   return traits_at(*source, coloring, seen_points(few, 0, depths, faces()).skin, few.footprint);
@@ -468,7 +469,7 @@ std::vector<float> Studio::shown(std::span<const Camera> cameras) {
   if (!impl_->has_material()) return {};
   const std::vector<Camera> placed = aimed(cameras);
   std::vector<float> all;
-  // So many of them, evenly among them, stand for all.
+  // So many cameras, spaced evenly, stand for all.
   const std::size_t step = (placed.size() + kMostShown - 1) / kMostShown;
   const double count = std::ceil(static_cast<double>(placed.size()) / static_cast<double>(step));
   for (std::size_t i = 0; i < placed.size(); i += step) {

@@ -46,10 +46,10 @@ struct Strip {
   int rows = 0;
   int samples = 1;
   int halo = 0;  ///< rows of samples that `depths` holds above first_row
-  /// One for each depth: the way through the palette, 0 … 1; or below 0, how light its clay is.
-  /// Empty: all are plain clay.
+  /// One for each depth: the position in the palette, 0 … 1; or, if below 0, minus the lightness of
+  /// clay. Empty: all are plain clay.
   std::vector<float> traits{};
-  /// What `near_shadow` found for each pixel; empty: nothing.
+  /// The result of `near_shadow` for each pixel; empty: no near shadows.
   std::vector<std::uint8_t> near_shadow{};
   double narrowest_penumbra = 1;  ///< of the key light's map on samples, texels
   std::vector<float> depths{};    ///< whole rows of samples, from first_row · samples − halo on

@@ -13,20 +13,20 @@ namespace {
 constexpr double kGap = 4;
 /// Pits are deeper than so many pixels.
 constexpr double kDeep = 2;
-/// The most that a speck may be wide in a picture, pixels.
+/// The greatest width of a speck in a picture, pixels.
 constexpr int kMostWide = 48;
-/// What rays have to come out of to pass through it: how deep it may be, over its width, and beside
-/// that, pixels.
+/// The greatest depth of a speck, from which its rays must come out: this multiple of its width,
+/// plus so many pixels.
 constexpr double kDepthOverWidth = 4, kMoreDepth = 4;
 constexpr int kRounds = 3;
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-/// Groups of samples of a grid from which all values around them are higher by more than a gap.
+/// Finds groups of samples of a grid around which all values are higher by more than a gap.
 class GroupFinder {
  public:
-  /// @param sign of the values: 1 for depths, where nothing is infinitely far, -1 for their
-  /// negatives.
+  /// @param sign of the values: 1 for depths, which are infinite where a ray hits nothing, -1 for
+  /// their negatives.
   GroupFinder(const DepthGrid& grid, double sign, double gap, int most)
       : grid_(grid),
         sign_(sign),
@@ -57,8 +57,8 @@ class GroupFinder {
   }
   bool hang_together(double a, double b) const { return a == b || std::abs(a - b) <= gap_; }
 
-  /// Whether a sample may be the first of a group, in the order of rows: of those before it, none
-  /// hangs on it, and none is lower.
+  /// Whether a sample may be the first of a group, in the order of rows: of the neighbours before
+  /// it, none hangs together with it, and none is lower.
   bool may_begin(int column, int row) const {
     const double here = value(column, row);
     if (here == kNothing || states_[index(column, row, grid_.columns)] != State::fresh)
@@ -70,7 +70,8 @@ class GroupFinder {
     return true;
   }
 
-  /// Puts the samples of a group into `group`; false, with some of them there, if it is none.
+  /// Puts the samples of a group into `group`. @return false if they are no group; some of them are
+  /// then in `group`.
   bool follow(int column, int row, SampleGroup& group) {
     int left = column, right = column, bottom = row;
     group.push_back(index(column, row, grid_.columns));
@@ -106,7 +107,7 @@ class GroupFinder {
   std::vector<State> states_;
 };
 
-/// Samples on each side of the box about a group, whichever are more.
+/// The longer side of the box about a group, samples.
 int width_of(const SampleGroup& group, int columns) {
   const auto [low, high] = std::ranges::minmax(group);
   const auto wide = static_cast<std::size_t>(columns);
@@ -159,7 +160,7 @@ int SpecklessDepths::reach() const {
 }
 
 void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
-  std::unordered_set<std::size_t> tips;  // a sample of each island that is one
+  std::unordered_set<std::size_t> tips;  // one sample of each island that is a tip
   for (int round = 0; round < kRounds; ++round) {
     std::vector<SampleGroup> found = islands(grid, kGap * pixel_, widest_);
     std::erase_if(found, [&](const SampleGroup& group) { return tips.contains(group.front()); });

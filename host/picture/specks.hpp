@@ -1,5 +1,5 @@
 #pragma once
-/// Depths of a picture without what catches the eye and is not there: specks that hang on nothing,
+/// Depths of a picture without artefacts that catch the eye: specks that hang on nothing and are
 /// too small for the grids on which loose pieces are found, and pits as narrow as a pixel.
 
 #include <cstddef>
@@ -11,22 +11,22 @@
 
 namespace qjulia::picture {
 
-/// Samples that hang together: from one to the next of the eight around it, depths differ by no
-/// more than a gap.
+/// Samples that hang together: depths of neighbours, of which a sample has eight, differ by no more
+/// than a gap.
 using SampleGroup = std::vector<std::size_t>;
 
-/// The groups behind which everything around them lies, nothing included, and that are at most
-/// `most` samples wide and high. None reaches the edges of the grid.
+/// The groups that are at most `most` samples wide and high and whose surroundings all lie behind
+/// them; a sample that shows nothing is behind everything. None reaches the edges of the grid.
 std::vector<SampleGroup> islands(const DepthGrid& grid, double gap, int most);
 
-/// The same for groups before which everything around them lies. Places where nothing is may form
-/// such a group.
+/// The same for groups whose surroundings all lie in front of them. Samples that show nothing may
+/// form such a group.
 std::vector<SampleGroup> pits(const DepthGrid& grid, double gap, int most);
 
-/// Depths of a view, row by row from the top, a slab of many rows at a time. Rays go on behind an
-/// island if they come out of it: then it is a speck, else the tip of something. What is then seen
-/// may be an island in turn, three times at most. Pits are filled to the level of their rims. No
-/// depth depends on how the rows are divided.
+/// Depths of a view, row by row from the top, a slab of many rows at a time. The rays of an island
+/// go on behind it if they come out of it: then it is a speck, else it is the tip of something.
+/// What they meet may be another island; up to three in a row are removed. Pits are filled to the
+/// level of their rims. No depth depends on how the rows are divided.
 class SpecklessDepths {
  public:
   /// @param slab samples that are computed at a time, in whole rows.

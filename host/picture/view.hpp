@@ -46,11 +46,11 @@ struct CameraAxes {
 /// along −z.
 CameraAxes camera_axes(const Camera& camera);
 
-/// The camera's view from its distance. Where it has none, a box is framed: the upright elliptic
-/// cylinder in it, and a shell around, with a margin, from the same distance at every azimuth.
-/// Where the camera has a frame of its own, the view is narrowed to that one's cylinder. The camera
-/// looks at its `look_at`, else at the middle of what is framed; all are in the box's coordinates.
-/// The view's pixels are the picture's samples, `samples` × `samples` a pixel.
+/// The camera's view from its distance. A camera without a distance frames a box: the upright
+/// elliptic cylinder in it and a shell around it, with a margin, from the same distance at every
+/// azimuth. Where the camera has a frame of its own, the view is narrowed to the cylinder in that
+/// frame. The camera looks at its `look_at`, else at the middle of what is framed; all are in the
+/// box's coordinates. The view's pixels are the picture's samples, `samples` × `samples` a pixel.
 View camera_view(const Camera& camera, const Box& framed, int width, int height, int samples);
 
 /// Parallel rays along −`towards` over the box, `size` × `size`.

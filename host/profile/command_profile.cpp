@@ -73,7 +73,7 @@ std::map<std::string, double> cpu_by_kernel(const Trace& trace,
   return by_name;
 }
 
-/// The share by the limit after the command as an interval with that by the limit before it.
+/// The interval between the shares by the limits before and after the command.
 Interval with_limit_before(double share, const Roof& roof, bool has_cpu,
                            const CommandMeasure& measure) {
   const double before = has_cpu ? measure.fma_per_cpu_second_before : measure.fma_per_second_before;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a few runs say of the figure that they scatter about.
+/// What a few runs say about the figure around which they scatter.
 
 #include <vector>
 
@@ -16,13 +16,13 @@ struct Interval {
 
 /// Fewer runs allow no interval of `kIntervalConfidence`.
 constexpr int kLeastRuns = 5;
-/// The chance that the median of the distribution from which the runs come lies in an interval.
+/// The probability that the median of the distribution of the runs lies in an interval.
 constexpr double kIntervalConfidence = 0.9;
 
-/// The interval between the k-th lowest and the k-th highest value, with the largest k for which
-/// a binomial distribution of n and ½ lies below k with a chance of 5 % at most. It is assumed only
-/// that the runs are independent. With less than `kLeastRuns` values it is their whole range, whose
-/// chance is 1 − 2^(1 − n).
+/// The interval between the k-th lowest and the k-th highest value, with the largest k for which a
+/// binomial variable of n and ½ is below k with a probability of at most 5 %. It is assumed only
+/// that the runs are independent. With fewer than `kLeastRuns` values it is their whole range,
+/// which has the probability 1 − 2^(1 − n).
 /// @param values positive, at least one.
 Interval interval_of_median(std::vector<double> values);
 

@@ -11,7 +11,7 @@
 namespace qjulia::profiling {
 namespace {
 
-/// What `run` did of `amount`, by both clocks.
+/// How much of `amount` a second `run` did, by both clocks.
 Pace paced(const Device& device, double amount, const WorkerClockPointer& clock,
            const std::function<void()>& run) {
   const double before = clock ? clock->seconds() : 0;

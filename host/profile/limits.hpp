@@ -16,7 +16,7 @@ namespace qjulia::profiling {
 /// has, whatever width or layout its kernels are compiled for.
 int widest_lanes(const Device& device, Precision precision);
 
-/// How much a device did in a second.
+/// How much a device does in a second.
 struct Pace {
   double per_second = 0;      ///< by the device's clock
   double per_cpu_second = 0;  ///< of its threads; 0 where they are not known
@@ -24,7 +24,7 @@ struct Pace {
 
 using WorkerClockPointer = std::shared_ptr<const WorkerClock>;
 
-/// The clock of a device's threads, null where it has none; those that run the multiply-adds.
+/// The clock of the device's threads that run multiply-adds; null where there is none.
 WorkerClockPointer worker_clock(const Device& device);
 
 /// Fused multiply-adds, by one run of a kernel that does nothing else.

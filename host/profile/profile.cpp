@@ -165,7 +165,7 @@ class Bench {
     return f;
   }
 
-  /// The device's limits beside a run: those of multiply-adds as they were then.
+  /// The device's limits beside a run, with the multiply-adds as measured at that time.
   Roofs roofs_at(const Pace& pace) const {
     Roofs roofs = roofs_;
     const bool is_double = options_.precision == Precision::dbl;
@@ -180,7 +180,7 @@ class Bench {
     return roofs;
   }
 
-  /// Adds the limit and the share of work that was done in every run.
+  /// Adds the limit, and the share of it that the work reached in every run.
   void add_share(const KernelWork& work, const std::vector<Spent>& spent, const Runs& runs,
                  KernelFigures& f) const {
     std::map<std::string, std::vector<double>> shares;  // by the limit
@@ -273,7 +273,7 @@ class Bench {
   std::set<std::pair<std::string, int>> seen_;
 };
 
-/// The limits as roofs; of the other precision none.
+/// The limits as roofs; the other precision has none.
 Roofs roofs_of(const DeviceLimits& limits, Precision precision) {
   Roofs roofs;
   roofs.bytes_per_second = limits.bytes_per_second;

@@ -28,7 +28,7 @@ Roof roof_of(const KernelWork& work, const Spent& spent, const Roofs& roofs) {
 JudgedShare judged(const std::string& limit, bool is_at_most, const std::optional<Interval>& shares,
                    bool is_busy) {
   if (limit.empty() || !shares) return {};
-  // A kernel whose figures differ more says nothing.
+  // A share is not judged if the ends of its interval differ by more than this factor.
   constexpr double kWidest = 1.25;
   const bool is_memory = limit == "memory";
   const bool is_wide = !(shares->high <= kWidest * shares->low);
@@ -43,9 +43,9 @@ std::vector<std::string> signs_of_load(double fma_before, double fma_after,
                                        const std::optional<double>& waited_share) {
   std::vector<std::string> signs;
   if (waited_share && *waited_share > kUsualWait) {
-    signs.push_back(
-        fmt::format("the threads that run kernels waited for a processor in {:.0f} % of their time",
-                    100 * *waited_share));
+    signs.push_back(fmt::format(
+        "the threads that run kernels waited for a processor for {:.0f} % of their time",
+        100 * *waited_share));
   }
   if (std::abs(fma_after / fma_before - 1) > kUsualDrift) {
     signs.push_back(fmt::format("the multiply-add limit was {:.1f} G/s before and {:.1f} after",

@@ -10,7 +10,7 @@
 
 namespace qjulia::profiling {
 
-/// What a kernel took.
+/// The time that a kernel took.
 struct Spent {
   double seconds = 0;      ///< by the device's clock
   double cpu_seconds = 0;  ///< of the threads that ran it; 0 where they are not known
@@ -21,9 +21,9 @@ struct Roof {
   std::optional<double> share;  ///< of what the device can do in the time
 };
 
-/// Of work that took so much: whichever limit would take longer for it. A share of the
-/// multiply-adds is one of CPU seconds where they are known; all processors of a device share its
-/// memory, so that a share of the copy is always of the device's seconds.
+/// The share of the limit that work of this duration reached, for whichever limit would take
+/// longer. A share of the multiply-adds is one of CPU seconds where they are known; all processors
+/// of a device share its memory, so a share of the copy is always one of the device's seconds.
 Roof roof_of(const KernelWork& work, const Spent& spent, const Roofs& roofs);
 
 /// A share and its interval, or why there is none.

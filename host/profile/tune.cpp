@@ -25,7 +25,7 @@ namespace qjulia {
 using namespace profiling;
 namespace {
 
-/// What the upper end of a ratio's interval must not exceed.
+/// The limit of the upper end of a ratio's interval.
 constexpr double kFaster = 0.97;
 /// Settings this much slower at the first try are not tried again.
 constexpr double kHopeless = 1.3;
@@ -107,9 +107,10 @@ class Tuner {
   }
 
  private:
-  /// Why the settings stay although others were chosen, or none were; empty where these do.
+  /// Says why the settings stay; empty where the chosen ones replace them.
   std::string why_kept(const Tuning& chosen) const {
-    if (!report_.disturbances.empty()) return "the machine was busy, and such times change nothing";
+    if (!report_.disturbances.empty())
+      return "the machine was busy, and times measured then are not used";
     if (options_.repeats < kLeastRuns) {
       return fmt::format("{} of each setting are too few to be certain; give {} repeats or more",
                          options_.repeats == 1 ? "1 run" : fmt::format("{} runs", options_.repeats),
@@ -195,7 +196,8 @@ class Tuner {
     return largest;
   }
 
-  /// Of both settings' times in each turn, geometric means over jobs and sizes; none when hopeless.
+  /// In each turn, the ratio of both settings' times, as geometric means over jobs and sizes; empty
+  /// where it is hopeless.
   std::optional<TimeRatio> time_ratio(const Tuning& tuning, const Tuning& before,
                                       std::span<const TuneJob> jobs,
                                       std::vector<TuneTime>* times = nullptr) const {

@@ -1,5 +1,5 @@
 #pragma once
-/// What a tuner goes by, which tests replace.
+/// The clock that a tuner uses; tests replace it.
 
 #include <functional>
 #include <string>

@@ -31,7 +31,7 @@ double callers_seconds() {
 #ifdef __linux__
 /// CPU seconds of a thread of this process; none where it has ended.
 std::optional<double> thread_seconds(int thread) {
-  // How Linux numbers the clock of a thread, which pthread_getcpuclockid takes a handle for.
+  // Linux's number of the clock of a thread; pthread_getcpuclockid would need the thread's handle.
   constexpr unsigned kOfThread = 4, kScheduled = 2;
   const auto clock =
       static_cast<clockid_t>(~static_cast<unsigned>(thread) << 3U | kOfThread | kScheduled);

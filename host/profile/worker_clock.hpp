@@ -1,6 +1,6 @@
 #pragma once
 /// The CPU time of the threads that run kernels, where the device is a CPU. Other programs make a
-/// kernel take longer, but not use more of it.
+/// kernel take longer, but do not change its CPU time.
 
 #include <chrono>
 #include <condition_variable>
@@ -17,12 +17,12 @@
 
 namespace qjulia::profiling {
 
-/// The threads of a driver, and what the system says of them. Threads that start later, such as the
-/// program's own helpers, are not counted.
+/// The threads of a driver, and what the system says about them. Threads that start later, such as
+/// the program's own helpers, are not counted.
 class WorkerClock {
  public:
-  /// @param probe runs a kernel that uses the whole device: the driver then has its threads, and
-  /// the calling thread is one of them where the driver computes in it.
+  /// @param probe runs a kernel that uses the whole device, so that the driver starts its threads.
+  /// The calling thread is one of them if the driver computes in it.
   /// @return null on devices other than CPUs, and where the system does not say what threads use.
   static std::shared_ptr<const WorkerClock> of(const Device& device,
                                                const std::function<void()>& probe);

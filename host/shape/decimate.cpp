@@ -51,9 +51,10 @@ constexpr float kMostTurned = 30;
 /// precision, in which thinner ones may have no area.
 constexpr float kMostSlender = 1000;
 constexpr double kMeasureSlack = 0.02;
-/// The share of the error within which OpenMesh keeps vertices: between them surfaces part farther.
+/// The share of the error within which OpenMesh keeps vertices: between vertices, surfaces lie
+/// farther apart.
 constexpr double kVertexShare = 0.7;
-/// Four are usual.
+/// Number of decimations with an error; four are usual.
 constexpr int kMostTries = 12;
 
 /// Ends the decimation when a stop is asked for.
@@ -351,9 +352,10 @@ struct Measured {
 };
 
 /// Decimates, and measures from the midpoints of triangles and edges, of the mesh and of the
-/// result, to the other surface. Where that is beyond the error, the vertices are held, and the
-/// mesh is decimated again. What is held looks as before, so that this ends; few vertices are held
-/// if the surface is smooth, and many if it is as rough as the error.
+/// result, to the other surface. Where that distance exceeds the error, the vertices are held
+/// fixed, and the mesh is decimated again. Where vertices are held, the surface does not change, so
+/// this ends; few vertices are held if the surface is smooth, and many if it is as rough as the
+/// error.
 Measured decimated_within_error(TriangleMesh mesh, DecimateOptions options, FixedVertices fixed,
                                 const std::stop_token& stop) {
   const double error = *options.error;

@@ -7,8 +7,8 @@
 
 namespace qjulia::shape {
 
-/// The cube whose cells count where no other box is asked for: about the box of a shape, centred on
-/// it, side 1.15 × its longest side.
+/// The cube whose cells are counted unless another box is given. It is centred on the box of a
+/// shape, and its side is 1.15 × the longest side of that box.
 inline Box cube_to_count(const Box& box) {
   const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * 1.15 * box.size().maxCoeff());
   return {box.center() - half, box.center() + half};

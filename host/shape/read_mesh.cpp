@@ -75,7 +75,7 @@ class FirstEqual {
   std::vector<std::uint32_t> slots_;
 };
 
-/// To be called now and then. @throws Interrupted
+/// Call it now and then. @throws Interrupted
 using Poll = std::function<void()>;
 
 /// For each vertex the first one at the same place. Zeros have one sign.
@@ -258,7 +258,7 @@ InspectedMesh as_if_read(const TriangleMesh& mesh, const std::stop_token& stop) 
   const auto refuse = [](const std::string& problem) {
     throw InputError(fmt::format("the mesh cannot be used: {}", problem));
   };
-  // As large numbers as this refuses need not be finite in single precision.
+  // Numbers as large as those refused here need not be finite in single precision.
   if (const std::string problem = size_problem(mesh.box()); !problem.empty()) refuse(problem);
   std::vector<Eigen::Vector3d> vertices;
   vertices.reserve(mesh.vertices.size());

@@ -18,10 +18,10 @@ struct LoosePlaces {
   /// A bit for each point, x fastest, the lowest first: whether its place belongs to a loose piece.
   std::vector<std::uint32_t> bits;
   LoosePieces pieces;  ///< map units
-  /// Step of the finer grid that pieces were sought on: smaller ones may have been missed, map
-  /// units.
+  /// Step of the finer grid on which pieces were sought, map units: smaller pieces may have been
+  /// missed.
   double resolution = 0;
-  double largest_loose = 0;  ///< volume from which on a piece is a body, map units
+  double largest_loose = 0;  ///< the least volume of a body, which is never loose, map units
 
   /// Some of the grid's cells have points of a finer grid: so many along each side, from the lower
   /// corner on.

@@ -31,7 +31,8 @@ constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
 constexpr double kWidestDrain = 0.5;
 /// A share of the least wall: parts that stand out by less are removed, not thickened.
 constexpr double kShavedShare = 0.2;
-/// The radius of the first try, in least walls; walls that come out thinner are thickened again.
+/// The radius of the first try, as a multiple of the least wall; walls that come out thinner are
+/// thickened again.
 constexpr double kFirstRadius = 0.52;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.1;
 /// The most that it grows by if walls are thick enough, but not with so few triangles.
@@ -41,7 +42,8 @@ constexpr int kMostTries = 6;
 constexpr double kWallSlack = 1.003;
 /// Coarser triangles make walls thinner; walls are made thicker by this factor beforehand.
 constexpr double kDecimationSlack = 1.02;
-/// If walls make the mesh so much longer than foreseen, the foot is cut again at another scale.
+/// If the size after the first try is off by more than this share, the foot is cut again at another
+/// scale.
 constexpr double kFootSlack = 0.02;
 /// An arbitrary part of a step, so that no line of the grid coincides with lines of the mesh.
 constexpr double kPrintMargin = 3.3713, kHollowMargin = 3.4231;

@@ -46,21 +46,21 @@ struct Roofs {
   double fma_per_second = 0;         ///< single precision
   double double_fma_per_second = 0;  ///< double precision; 0 where the device has none
   double bytes_per_second = 0;
-  /// The same in a CPU second of the threads that run kernels; 0 where these are not known.
+  /// The same for a CPU second of the threads that run kernels; 0 where these are not known.
   double fma_per_cpu_second = 0;
   double double_fma_per_cpu_second = 0;
   double bytes_per_cpu_second = 0;
 };
 Roofs measure_roofs(const Device& device);
 
-/// What a meter measured around a command.
+/// What a meter measured before, during and after a command.
 struct CommandMeasure {
   Roofs roofs;  ///< after it
-  /// Of single precision, before it; 0 where it was not measured.
+  /// Multiply-adds in single precision, before the command; 0 where they were not measured.
   double fma_per_second_before = 0;
   double fma_per_cpu_second_before = 0;
-  /// The CPU seconds so far of the threads that run kernels, at a time in nanoseconds since the
-  /// trace began; in order. Empty where they are not known, as on GPUs.
+  /// CPU seconds that the threads that run kernels have used up to a time, which is in nanoseconds
+  /// since the trace began; in order of time. Empty where they are not known, as on GPUs.
   struct Cpu {
     std::int64_t time = 0;
     double seconds = 0;
@@ -70,9 +70,9 @@ struct CommandMeasure {
   std::optional<double> waited_share;
 };
 
-/// Measures beside a command what its device can do and, on CPUs, the CPU time of the threads that
-/// run kernels. Its own launches are in a trace that the device keeps: make the meter before, and
-/// finish it after.
+/// Measures the limits of a command's device and, on CPUs, the CPU time of the threads that run
+/// kernels. If the device keeps a trace, the meter's own launches would be in it: make the meter
+/// before the trace begins, and finish it after the trace ends.
 class CommandMeter {
  public:
   /// Measures the multiply-adds. @throws Interrupted
@@ -93,15 +93,15 @@ struct KernelShare {
   std::uint64_t launches = 0;
   double seconds = 0;  ///< on the device
   double share = 0;    ///< of the seconds of all kernels
-  /// Of the threads that ran it, where they are known: sampled, and divided among the kernels that
-  /// ran between two samples by their time.
+  /// CPU seconds of the threads that ran it, where they are known. They are sampled, and divided
+  /// among the kernels that ran between two samples in proportion to their time.
   std::optional<double> cpu_seconds;
   KernelWork work;
   std::string limit;  ///< "fma", "memory", or empty where no work is known
-  /// Of multiply-adds in its CPU seconds where these are known, else of those in its seconds; or of
-  /// bytes in its seconds. None unless the verdict is "judged".
+  /// Share of the multiply-adds possible in its CPU seconds where these are known, else in its
+  /// seconds; or of the bytes possible in its seconds. Empty unless the verdict is "judged".
   std::optional<double> share_of_limit;
-  /// The same by the higher and by the lower of the limits before and after the command.
+  /// The same share of the higher and of the lower of the limits before and after the command.
   std::optional<double> share_low, share_high;
   std::string share_verdict;  ///< as in KernelFigures (profile.hpp)
 };

@@ -48,8 +48,9 @@ struct Decimation {
 /// If an error is given, a collapse that would take a vertex of the mesh too far from the surface
 /// is left out. Then distances are measured from the midpoints of all triangles and edges of the
 /// mesh to the result, and from those of the result to the mesh. Where one exceeds the error, the
-/// mesh's vertices are held, and it is decimated again, up to twelve times in all; if that does not
-/// help, the mesh is returned unchanged. Vertices of the result are vertices of the mesh.
+/// mesh's vertices there are held fixed, and it is decimated again, up to twelve times in all; if
+/// that does not help, the mesh is returned unchanged. Vertices of the result are vertices of the
+/// mesh.
 ///
 /// A mesh of more than two million triangles is decimated in blocks first, with half of the error
 /// and with the vertices on the borders of blocks kept fixed, and then as a whole. In addition to
@@ -60,7 +61,7 @@ struct Decimation {
 Decimation decimate(TriangleMesh mesh, const DecimateOptions& options,
                     const std::stop_token& stop = {});
 
-/// The same, without the report.
+/// As `decimate`, without the report.
 TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
                        const std::stop_token& stop = {});
 

@@ -114,7 +114,8 @@ class Device {
   const DeviceInfo& info() const;
 
   /// Drivers do not work in a process that was forked from the one in which the device was opened.
-  /// All that uses the device there throws this error; call it before you wait for a lock of yours.
+  /// There, every function that uses the device throws this error. Call this function before you
+  /// wait for a lock of your own.
   /// @throws DeviceError
   void expect_own_process() const;
 

@@ -38,9 +38,9 @@ struct StageReport {
   double energy_before = 0;
   double energy_after = 0;
   double seconds = 0;
-  /// Intersection over union of shape and set, counted over 48³ cells: of the map that the fit
-  /// would give if it ended with this stage, at `iterations`. `compare` counts so at a resolution
-  /// of 48.
+  /// Intersection over union of shape and set, counted over 48³ cells, for the map that the fit
+  /// would give if it ended with this stage, at `iterations`. `compare` at a resolution of 48 gives
+  /// the same.
   double iou = 0;
   int iterations = 1;  ///< n of energies and IoU
 };
@@ -86,7 +86,7 @@ struct FitOptions {
   /// share them, so that a hundred give a rough map of the same kind.
   std::optional<int> max_evaluations;
   /// Ends the fit after a stage whose StageReport::iou is this or more, above 0 to 1; of a polished
-  /// fit, after a stage of polishing. Set it where a rough map in a hurry is enough.
+  /// fit, after a stage of polishing. Set it where a rough map is enough.
   std::optional<double> target_iou;
   /// `exponents` keeps centres where they were placed: for comparison with Kim 2015, or where
   /// centres carry a meaning of their own. It fits less closely.

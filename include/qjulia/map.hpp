@@ -79,7 +79,8 @@ struct Frame {
   std::optional<double> inradius;  ///< the shape's, shape units
   std::optional<UpAxis> up;        ///< how the shape stands
   std::optional<double> detail;    ///< δ as a fraction of `own_diagonal`
-  /// Of the shape's box before the shape was turned, shape units; none: it has not been.
+  /// The diagonal of the shape's box before the shape was turned, shape units; empty if it was not
+  /// turned.
   std::optional<double> diagonal;
 
   /// The diagonal of the shape's own box, which turning does not change, shape units.

@@ -27,8 +27,8 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3f> normals{};
   /// Colours of vertices; or none. Never read; `holds_colors` says which files hold them.
   std::vector<VertexColor> colors{};
-  /// The axis that points up in files of the format that the mesh was read from, where formats have
-  /// one: what `guess_up` says unless the mesh's form says clearly otherwise.
+  /// The axis that points up in files of the format that the mesh was read from, where the format
+  /// defines one. `guess_up` returns it unless the mesh's form clearly says otherwise.
   std::optional<UpAxis> format_up{};
 
   Box box() const;
@@ -40,7 +40,7 @@ struct TriangleMesh {
 
 /// What a mesh is like as a surface.
 struct MeshReport {
-  /// Of a vertex that no triangle is left of.
+  /// The index of a vertex of which no triangle is left.
   static constexpr std::uint32_t kNoVertex = ~0U;
   std::size_t vertices = 0;
   std::size_t triangles = 0;
@@ -95,8 +95,8 @@ struct InspectedMesh {
 };
 /// The same, with a report of what was found and left out.
 InspectedMesh read_and_inspect_mesh(const std::filesystem::path& path, std::stop_token stop = {});
-/// The same of a file that would hold this mesh: what is computed of the two is the same, bit for
-/// bit. Normals and colours are left out.
+/// The mesh as it would be read from a file that holds it, so that results of the two are the same,
+/// bit for bit. Normals and colours are left out.
 /// @throws InputError as for a file, and where the mesh is not valid.
 InspectedMesh as_if_read(const TriangleMesh& mesh, const std::stop_token& stop = {});
 
@@ -136,8 +136,8 @@ void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const std::string& note = {}, std::optional<UpAxis> up = {});
 
-/// The axis that points up in files of this name, where their format says so: `write_mesh` makes
-/// meshes stand upright there. Y in .glb, .gltf and .usda, Z in .stl and .3mf; others say none.
+/// The axis that points up in files of this name, where their format defines one: y in .glb, .gltf
+/// and .usda, z in .stl and .3mf, none in others. `write_mesh` makes meshes stand upright along it.
 std::optional<UpAxis> format_up(const std::filesystem::path& path);
 
 /// Whether `write_mesh` writes the colours of meshes, and not only their triangles, under this

@@ -43,13 +43,13 @@ struct Camera {
   /// says.
   std::optional<UpAxis> up{};
   /// Shape units: the point in the middle of the picture. By default the middle of `frame`, else
-  /// the one with which the set stands in the middle.
+  /// the point that puts the set in the middle.
   std::optional<Eigen::Vector3d> look_at{};
-  /// Shape units: from the eye to that point. By default so far that the set, were it in the
-  /// middle, would fill 83 % of the picture's tighter side at zoom 1.
+  /// Distance from the eye to that point, shape units. By default, a set in the middle fills 83 %
+  /// of the picture's tighter side at zoom 1.
   std::optional<double> distance{};
-  /// Shape units: what fills the picture at zoom 1, seen from as far as the whole set would be. By
-  /// default the whole set.
+  /// The box that fills the picture at zoom 1, shape units, seen from the distance that shows the
+  /// whole set. By default the whole set fills it.
   std::optional<Box> frame{};
 };
 
@@ -75,8 +75,9 @@ enum class Material {
 struct MaterialRange {
   static constexpr std::size_t kMostValues = 64;
   double low = 0, high = 1;  ///< where it begins and ends
-  /// Rising values between these, at which an equal share of the palette lies behind each: one
-  /// value stands at its middle, three at its quarters. Without any it is spread evenly.
+  /// Rising values between these, which together with them divide the palette into equal parts: one
+  /// value stands at its middle, three stand at its quarters. Without any, the palette is spread
+  /// evenly.
   std::vector<double> between{};
 
   std::vector<double> values() const;  ///< all of them, rising
@@ -114,7 +115,7 @@ struct PictureOptions {
   Lamp lamp;
   Material material = Material::clay;  ///< for maps; meshes are always of clay
   Palette palette;
-  /// By default spread over what a picture shows, by `range_over`.
+  /// By default the palette is spread over what a picture shows, by `range_over`.
   std::optional<MaterialRange> range;
   Backdrop backdrop = Backdrop::studio;
   Rgb background = Rgb::Ones();  ///< a plain backdrop's
@@ -190,25 +191,26 @@ class Studio {
   /// than a hundredth as large as the largest body.
   std::vector<Eigen::Vector3d> outline();
 
-  /// The cameras of a film: where they have no point to look at, or no distance, they get the same,
-  /// with which the set is whole in every picture, as large as that allows and in the middle.
-  /// Cameras whose fields of view differ get different distances. A camera alone gets what its
-  /// picture would be drawn with.
+  /// The cameras of a film. Those without a point to look at, or without a distance, all get the
+  /// same one. It puts the set in the middle and shows all of it in every picture, as large as that
+  /// allows. Cameras whose fields of view differ get different distances. A single camera gets the
+  /// values with which its picture would be drawn.
   /// @param others more points that are to be seen, such as outlines of other studios, shape units.
   std::vector<Camera> aimed(std::span<const Camera> cameras,
                             std::span<const Eigen::Vector3d> others = {});
 
-  /// What the material shows at some points that these cameras see, evenly over their pictures.
-  /// Faces of cuts are left out. None for clay and meshes.
+  /// Values of the material at some points that these cameras see, evenly over their pictures.
+  /// Faces of cuts are left out. Empty for clay and meshes.
   std::vector<float> shown(std::span<const Camera> cameras);
 
-  /// The values that the palette of the last picture goes through: as the options say, or
-  /// `set_range` did, else spread over what that picture shows. 0 to 1 for clay and for meshes, and
+  /// The values that the palette of the last picture goes through: those of the options or of
+  /// `set_range`, else spread over what that picture shows. 0 to 1 for clay and for meshes, and
   /// before the first picture.
   MaterialRange range() const;
 
-  /// Pictures have this range from now on, so that colours stay the same through a film; without
-  /// one, each is spread over what it shows. For clay and meshes nothing changes.
+  /// Sets the range of all later pictures, so that colours stay the same through a film. Without a
+  /// range, the palette of each picture is spread over what it shows. Clay and meshes are not
+  /// affected.
   void set_range(const std::optional<MaterialRange>& range);
 
   /// What orbits are looked up in: the tables that were made last.
@@ -221,7 +223,8 @@ class Studio {
 };
 
 /// The range with which each part of a palette is seen about as much as any other, without the
-/// rarest values. Parts are the narrower spread the less values differ: noise stays noise.
+/// rarest values. The less the values differ, the less they are spread apart, so that noise is not
+/// amplified.
 /// @param values of the material, as `Studio::shown` gives them. 0 to 1 where there are none.
 MaterialRange range_over(std::vector<float> values, Material material);
 

@@ -60,9 +60,9 @@ struct PrintMesh {
 ///
 /// Thickening changes the size, so the mesh is then scaled to the size that was asked for. If the
 /// walls that `wall_thickness` finds are too thin after that, they are thickened again, with balls
-/// that are up to a tenth larger. This takes two to four tries, six at most, and progress says
-/// which one is under way. The foot is cut once, at the scale that the first try ends with, to
-/// within 2 % where possible.
+/// that are up to a tenth larger. This takes two to four tries, at most six, and progress says
+/// which one is under way. The foot is cut in the first try. If the size is off by more than 2 %
+/// then, it is cut a second time, at the corrected scale.
 ///
 /// Memory is that of a few meshes and of one slab of the grid.
 /// @param mesh closed and manifold, oriented outward.

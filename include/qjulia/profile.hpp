@@ -87,7 +87,7 @@ struct KernelFigures {
   std::vector<double> run_fma_per_second;
   /// Where the device is a CPU: CPU seconds of the threads that run kernels, in every run, and the
   /// multiply-add limit in such a second, measured after it. Other programs make a run take longer,
-  /// but not use more of these. Else empty.
+  /// but do not change its CPU seconds. Empty on other devices.
   std::vector<double> run_cpu_seconds;
   std::vector<double> run_fma_per_cpu_second;
   /// Iterates × factors that were really computed; none where orbits or rays end early.
@@ -103,12 +103,12 @@ struct KernelFigures {
   /// device is no CPU, slots / (seconds × multiply-adds a second); and bytes / (seconds × bytes a
   /// second) where memory limits. None unless the verdict is "judged".
   std::optional<double> share_of_limit;
-  /// The median of such runs lies in between with a chance of 90 % at least; with less than five
-  /// runs, the lowest and the highest share.
+  /// The 90 % confidence interval of the median share; with fewer than five runs, the lowest and
+  /// the highest share.
   std::optional<double> share_low, share_high;
-  /// "judged"; "not now": other programs disturb too much to say it; "cached": more than memory can
-  /// carry, so that the data stayed in a cache; "ends early": the bound of its work is no guide; or
-  /// empty where no work is known.
+  /// "judged"; "not now": other programs disturb too much to judge it; "cached": it moved more
+  /// bytes than memory can carry, so the data stayed in a cache; "ends early": orbits ended before
+  /// the counted work was done; or empty where no work is known.
   std::string share_verdict;
   /// What the instructions of the compiled kernel and its memory traffic take at the device's
   /// limits, where they were counted: single precision, on GPUs.
@@ -118,7 +118,7 @@ struct KernelFigures {
 
   /// How far apart the runs lie, over their median: 0 where all took as long.
   double spread() const { return (max_seconds - min_seconds) / median_seconds; }
-  /// Processors that worked, on average: the median over the runs of CPU seconds over seconds.
+  /// Mean number of processors at work: the median over the runs of CPU seconds over seconds.
   std::optional<double> processors() const;
 };
 

@@ -21,7 +21,7 @@ struct SurfaceOptions {
   bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
   /// Look orbits up in tables of images instead of computing them, where that is estimated to move
   /// the surface by no more than a quarter of a cell: in maps of factors without portals, at n > 1.
-  /// Tips of tufts as thin as a cell may come or go. Other maps have the same mesh as without it.
+  /// Tips of tufts as thin as a cell may come or go. For other maps the option changes nothing.
   bool draft = false;
   /// How many points are tried on each crossed edge to find where the set ends, 0 … 20. By default
   /// 2, and 0 at n = 1, where F_n is smooth and interpolation is enough.

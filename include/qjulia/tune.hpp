@@ -20,8 +20,8 @@ struct TuneTime {
   double before_seconds = 0;  ///< and without
 };
 
-/// A ratio of times with its interval: the median of such ratios lies in between with a chance of
-/// 90 % at least.
+/// A ratio of times with its 90 % confidence interval: the median of such ratios lies between `low`
+/// and `high`.
 struct TimeRatio {
   double low = 0;
   double middle = 0;
@@ -35,8 +35,9 @@ struct TuneTrial {
   /// Largest difference from the results with the device's defaults, relative to the largest of
   /// energy, gradient and Gauss-Newton matrix each.
   double difference = 0;
-  /// Time over the best so far's, both timed in turns: in each turn the geometric mean over the
-  /// kernels that the setting changes and the sizes. None where it was not timed to the end.
+  /// Time with this setting over time with the best settings so far, the two timed in turns. In
+  /// each turn it is the geometric mean over the sizes and over the kernels that the setting
+  /// changes. Empty where it was not timed to the end.
   std::optional<TimeRatio> time_ratio;
   std::vector<TuneTime> times;
   bool taken = false;
@@ -49,22 +50,22 @@ struct TuneReport {
   double tolerance = 0;  ///< what `difference` must not exceed
   Tuning before;         ///< the device's settings
   Tuning tuning;         ///< the best; `before` where these stay
-  /// Of the chosen settings over `before`, over all kernels, measured once more in the end; none
-  /// where nothing was chosen.
+  /// Time with the chosen settings over time with `before`, over all kernels, measured once more at
+  /// the end; empty where nothing was chosen.
   std::optional<TimeRatio> time_ratio;
   std::vector<TuneTrial> trials;
-  /// Why the settings stayed, a sentence; empty where they did not.
+  /// A sentence that says why the settings stayed; empty where they changed.
   std::string why_kept;
   /// Signs that other work disturbed the measurement, a sentence each. Where there are any, the
   /// settings stay.
   std::vector<std::string> disturbances;
 };
 
-/// Tries lane widths, then the other settings one by one, in place of the device's. What differs
-/// from the results with the default settings by more than 1e-4 (double: 1e-10), at a quarter of
-/// the workload's samples, is refused and not timed. Times are of the whole workload and of the
-/// quarter. A setting is taken only when it is certainly 3 % faster: the upper end of its ratio's
-/// interval is at most .97, which asks for five repeats. All that were taken are then timed
+/// Tries lane widths, then the other settings one by one, in place of the device's. A setting whose
+/// results at a quarter of the workload's samples differ from those of the default settings by more
+/// than 1e-4 (double: 1e-10) is refused and not timed. Times are taken for the whole workload and
+/// for the quarter. A setting is taken only when it is certainly 3 % faster: the upper end of its
+/// ratio's interval is at most .97, which asks for five repeats. All that were taken are then timed
 /// together and judged in the same way.
 TuneReport tune(const Device& device, const ProfileOptions& options,
                 const ProgressMonitor& monitor = {});

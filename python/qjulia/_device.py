@@ -12,7 +12,7 @@ from . import _core
 
 
 class DeviceInfo(TypedDict):
-    """What OpenCL says of a device: a dict, as `devices` and `Device.info` give it.
+    """What OpenCL says about a device: a dict, as `devices` and `Device.info` give it.
 
     Sizes are bytes. "pci_address" and "uuid" are None where the driver does not report them, and
     "same_as" is the "id" of the same GPU on another platform.
@@ -90,7 +90,7 @@ class Device:
 
     @property
     def info(self):
-        """What OpenCL says of the device, a `DeviceInfo`."""
+        """What OpenCL says about the device, a `DeviceInfo`."""
         return dict(self._info)
 
     @property

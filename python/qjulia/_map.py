@@ -29,7 +29,7 @@ def _described(rows):
 
 
 _DEEPEST = 60
-"""Files of maps that are nested a little deeper than this are refused when they are read."""
+"""Map files that are nested a little deeper than this are refused when they are read."""
 
 
 def _expect_json(value, at, depth):
@@ -44,7 +44,7 @@ def _expect_json(value, at, depth):
         try:
             value.encode()
         except UnicodeEncodeError:
-            refuse(f"{value!a}, which is no Unicode text", "leave it out or repair it")
+            refuse(f"{value!a}, which is not Unicode text", "leave it out or repair it")
     elif isinstance(value, (int, float)):
         try:
             finite = np.isfinite(float(value))
@@ -431,7 +431,7 @@ InputError
 
     @property
     def provenance(self):
-        """How the map came about, as the file says it: a dict of JSON's types. It is a copy."""
+        """How the map was made, as its file records it: a dict of JSON's types. It is a copy."""
         return json.loads(self._core.provenance())
 
     def with_provenance(self, provenance):
@@ -440,12 +440,13 @@ InputError
         Parameters
         ----------
         provenance : dict
-            Of which JSON can be made.
+            It must be convertible to JSON.
 
         Raises
         ------
         InputError
-            If it is no dict, or JSON cannot be made of a value in it; the message names its key.
+            If it is not a dict, or a value in it cannot be converted to JSON; the message names
+            its key.
         """
         if not isinstance(provenance, dict):
             raise _core.InputError(
@@ -491,7 +492,7 @@ InputError
 
     @property
     def diagonal(self):
-        """Of the shape's own box, which turning does not change, in its units, or None."""
+        """Diagonal of the shape's own box, which turning does not change, shape units, or None."""
         return self._numbers["diagonal"]
 
     @property
@@ -606,9 +607,9 @@ size : (int, int), optional
     Width and height in pixels. They are 1280 and 960.
 {_described(_core.picture_settings())}
 range : sequence of float, optional
-    The values of the material at which the palette begins and ends, and in between any at which
-    an equal share of it lies behind each. By default, the palette is spread so that each part of
-    it is seen about as much as any other.
+    Rising values of the material: the palette begins at the first, ends at the last, and is
+    divided into equal parts by those in between. By default, the palette is spread so that each
+    part of it is seen about as much as any other.
 background : str, optional
     "studio", "transparent", or a colour such as "#ff8000" or "white".
 ground : bool, optional
@@ -628,7 +629,8 @@ precision : {{"single", "double"}}, optional
 layers : bool, optional
     Whether what the pixels show is wanted, too.
 framed : array, (2, 3), or Map, optional
-    What the camera frames of a mesh: what lies in this box. Without it, all of it.
+    The camera frames the part of a mesh that lies in this box. Without a box it frames all of
+    the mesh.
 device : Device or str, optional
 on_progress : callable, optional
     See `fit`.

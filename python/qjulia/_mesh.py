@@ -94,7 +94,7 @@ def read_mesh(path, *, return_index=False):
 
     Polygons are cut into triangles, equal vertices welded, triangles without area and vertices
     without triangles left out. What is left keeps the file's order; of equal vertices the first
-    stays. What is wrong with the mesh is said in warnings.
+    stays. Warnings name the defects of the mesh.
 
     Parameters
     ----------
@@ -102,7 +102,8 @@ def read_mesh(path, *, return_index=False):
         An .obj, .off, .ply, .stl, .glb, .gltf or .3mf file. A scene is read as one mesh, and a
         .ply file of points with normals (nx, ny, nz) as a small polygon for each point.
     return_index : bool, optional
-        Whether to say what became of the file's vertices, too. Where data belong to these, then
+        Whether to return also what became of the file's vertices. Data of these vertices are then
+        carried over by
         ``mesh_data[index[index >= 0]] = file_data[index >= 0]``.
 
     Returns

@@ -31,7 +31,7 @@ std::string list_text() {
 }  // namespace
 
 DeviceUse::DeviceUse(const OpenDevice& device) : in_use_(device.in_use) {
-  // The thread that held the lock when this process was forked does not let go of it here.
+  // A lock that another thread held when this process was forked is never released here.
   device.device.expect_own_process();
   if (in_use_->try_lock()) return;
   while (true) {

@@ -40,8 +40,8 @@ TriangleMesh mesh_of(const py::object& vertices, const py::object& faces) {
   return mesh;
 }
 
-/// The mesh, what a user should know of it, and what each vertex of the file became: -1 where it
-/// was left out.
+/// The mesh, the warnings for its user, and the index that each vertex of the file has in the mesh:
+/// -1 where it was left out.
 py::tuple tuple_of(InspectedMesh found) {
   py::list warnings;
   for (const std::string& warning : found.report.warnings()) warnings.append(warning);

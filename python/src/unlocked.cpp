@@ -29,7 +29,8 @@ Work& work() {
   return *all;
 }
 
-/// Long work ends within two seconds after a stop. What a callback waits for may never come.
+/// Long work ends within two seconds after a stop. The wait is bounded, because a callback may wait
+/// for something that never comes.
 constexpr std::chrono::seconds kLongestWait{10};
 
 void end_work() {

@@ -1,5 +1,5 @@
 #pragma once
-/// Work without Python's lock, and what becomes of it when Python ends.
+/// Work without Python's global lock, and how it ends when Python ends.
 
 #include <pybind11/pybind11.h>
 
@@ -18,7 +18,8 @@ class Unlocked {
   Unlocked& operator=(const Unlocked&) = delete;
 
  private:
-  /// Counts what is unlocked: to the end of `release_`, when the thread has the lock again.
+  /// Counts the threads without the lock. It lives until `release_` has ended, when the thread has
+  /// the lock again.
   struct Counted {
     Counted();
     ~Counted();

@@ -1,4 +1,4 @@
-"""Every keyword of every function is accepted once, and what comes of it is another than without it."""
+"""Every keyword of every function is accepted, and all but `device` change the result."""
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ band_weight = 1.0
 
 
 def noted(*_):
-    """Listens, and has nothing to say."""
+    """Takes progress reports and ignores them."""
 
 
 def weights(points):
@@ -68,7 +68,7 @@ def weights(points):
 
 
 class Calls:
-    """A call with keywords for each function; those with several need several."""
+    """Calls of each function, with the keywords of each call."""
 
     def __init__(self, map, torus, folder):
         self.map, self.torus, self.folder = map, torus, folder
@@ -86,7 +86,7 @@ class Calls:
         return path.read_bytes()
 
     def of(self, device):
-        """By function: what to call, and the keywords of each call."""
+        """For each function, what to call, and the keywords of each call."""
         use = {"device": device}
         hear = {**use, "on_progress": noted}
         map, torus = self.map, self.torus
@@ -255,7 +255,7 @@ def energy_of(map, **options):
 
 
 def arrays_of(thing):
-    """What a call gives, as arrays that can be compared."""
+    """The result of a call, as arrays that can be compared."""
     if isinstance(thing, qjulia.Map):
         return [np.frombuffer(thing.to_json().encode(), np.uint8)]
     if isinstance(thing, qjulia.Device):
@@ -304,7 +304,7 @@ def test_keywords_are_accepted_and_change_what_comes(calls, name):
 
 
 def test_a_height_is_along_the_up_axis_of_pictures(device):
-    """Of a map that does not say which way is up."""
+    """Uses a map that does not say which way is up."""
     map = qjulia.quadratic_map((0.285, 0.485, 0, 0))
     assert map.up is None
     vertices = map.surface(24, height=10, device=device).vertices

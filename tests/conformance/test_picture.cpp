@@ -321,7 +321,7 @@ TEST_CASE("the same picture twice is the same bytes; tiny pictures work") {
 
 namespace {
 
-/// From as far as the map's box is framed where nothing else is known, shape units.
+/// The distance at which a camera frames the map's box, shape units.
 double framing_distance(const Map& map) {
   const picture::View view = picture::camera_view({}, *map.frame.box, 96, 72, 1);
   return (view.eye - map.frame.box->center()).norm();
@@ -340,7 +340,7 @@ TEST_CASE("shading gives the stored pictures") {
     CHECK(test::mean_difference(image, test::read_png(path)) <= 1);
   };
   PictureOptions options = test::picture_of(96, 72);
-  // As the box of the map is framed, with little but the body.
+  // The camera frames the box of the map, zoomed in on the body.
   options.camera.look_at = map.frame.box->center();
   options.camera.distance = framing_distance(map);
   options.camera.zoom = 2.5;
@@ -527,7 +527,7 @@ TEST_CASE("materials have no grain, however near or far") {
   CHECK(test::mean_difference(image, render(device, map, options)) < 3);
 }
 
-TEST_CASE("a palette is spread over what a picture shows, or over a film, or as is given") {
+TEST_CASE("a palette is spread over what a picture shows, over a film, or as given") {
   const Device device = test::shared_device();
   const Map map = calibrated(device, steepened(test::armed_ball_map(60), 12));
   PictureOptions options = test::picture_of(48, 36);
@@ -540,7 +540,7 @@ TEST_CASE("a palette is spread over what a picture shows, or over a film, or as 
   near.zoom = 8;
   studio.picture(near);
   CHECK(studio.range().high - studio.range().low < 0.5 * (range.high - range.low));
-  // A range that is given draws the picture again, and stays.
+  // A given range reproduces the picture, and it is kept.
   options.range = range;
   CHECK(render(device, map, options).pixels == whole.pixels);
   studio.set_range(range);
@@ -548,7 +548,7 @@ TEST_CASE("a palette is spread over what a picture shows, or over a film, or as 
   CHECK(studio.range() == range);
   options.range = MaterialRange{range.high, range.high + 1};
   CHECK(render(device, map, options).pixels != whole.pixels);
-  // Over both pictures.
+  // The range is spread over both pictures.
   const std::array cameras{options.camera, near};
   const std::vector<float> shown = studio.shown(cameras);
   CHECK(shown.size() > 500);
@@ -572,9 +572,9 @@ TEST_CASE("specks that hang on nothing do not move the camera") {
   for (const Vector3d& point : outline) CHECK(point.x() < 1.3);
   const Camera camera = studio.aimed(std::span(&options.camera, 1)).front();
   CHECK(std::abs(camera.look_at->x()) < 0.2);
-  // Where the camera is told, it stands there.
+  // A camera with a given point and distance draws the same picture.
   CHECK(studio.picture(camera).pixels == studio.picture(options.camera).pixels);
-  // A part that is asked for is framed, and what is cut away leaves the rest where it is.
+  // A requested part is framed, and cuts do not move the rest.
   options.box = Box{{-1, -1, -1}, {0, 1, 1}};
   Studio part(device, two, options);
   for (const Vector3d& point : part.outline()) CHECK(point.x() < 1e-6);
@@ -584,7 +584,7 @@ TEST_CASE("specks that hang on nothing do not move the camera") {
         camera.look_at);
 }
 
-TEST_CASE("a cut face shows rings in the material's colours, and clay in clay's") {
+TEST_CASE("a cut face shows rings in the colours of the material, or of clay") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(96, 72);
   options.samples_per_axis = 1;
@@ -599,7 +599,7 @@ TEST_CASE("a cut face shows rings in the material's colours, and clay in clay's"
     std::size_t coloured = 0;
     for (std::size_t i = 0; i < layers.depth.size(); ++i) {
       const float* x = &layers.position[3 * i];
-      // Within the ball's inner half, which is one face.
+      // Pixels of the ball's inner half, which is one face.
       if (!std::isfinite(layers.depth[i]) || std::hypot(x[0], x[1]) > 0.9F) continue;
       const std::uint8_t* rgb = &image.pixels[3 * i];
       CHECK(rgb[0] + rgb[1] + rgb[2] > 40);  // nowhere black

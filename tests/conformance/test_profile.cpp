@@ -77,7 +77,7 @@ TEST_CASE("energy and gradient run every iterate of every sample") {
   }
 }
 
-TEST_CASE("every share is judged or says why not, and none is above 1") {
+TEST_CASE("every share is judged or has a reason why not, and none is above 1") {
   const bool is_cpu = Device::choose().info().kind == DeviceKind::cpu;
   for (const KernelFigures& f : measured().kernels) {
     CAPTURE(f.kernel, f.iterations, f.share_verdict);
@@ -116,7 +116,7 @@ TEST_CASE("CPU seconds are those of the threads that run kernels, and not of oth
     REQUIRE(::clock_gettime(id, &time) == 0);
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
   };
-  // Two threads of this process that are busy meanwhile.
+  // Two other threads of this process are busy meanwhile.
   std::array<double, 2> others{};
   profiling::KernelsRun run;
   const double before = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
@@ -148,7 +148,7 @@ TEST_CASE("the roofline has its two roofs and every kernel whose share can be ju
   std::size_t known = 0;
   for (KernelFigures& f : shown.kernels) {
     if (!f.slots) continue;
-    // As on an idle machine; of the first the machine was too busy to say.
+    // As on an idle machine, except that the first share could not be judged.
     f.share_of_limit = f.share_low = f.share_high = 0.1 * static_cast<double>(known);
     if (known++ == 0) f.share_of_limit.reset();
   }
@@ -306,7 +306,7 @@ TEST_CASE("the spread of the runs and the limit before and after are told") {
   CHECK_THAT(sign_of([](auto& r) { r.fma_per_second_after = 0.9e11; }),
              Catch::Matchers::ContainsSubstring("100.0 G/s before and 90.0 after"));
   CHECK_THAT(sign_of([](auto& r) { r.waited_share = 0.3; }),
-             Catch::Matchers::ContainsSubstring("waited for a processor in 30 %"));
+             Catch::Matchers::ContainsSubstring("waited for a processor for 30 %"));
   CHECK_THAT(
       sign_of([](auto& r) { r.limits.clock_fma_per_second = 2e11; }),
       Catch::Matchers::ContainsSubstring("50 %") && Catch::Matchers::ContainsSubstring("2000 MHz"));

@@ -263,7 +263,7 @@ TEST_CASE("a few rays pass through a loose piece that a coarse grid shows") {
   }
 }
 
-TEST_CASE("rays go on behind what they come out of") {
+TEST_CASE("rays go on behind a piece that they come out of") {
   const FlakeView all({1, 0, 0}, 96, true), body({1, 0, 0}, 96, false);
   for (const int width : test::lane_widths()) {
     CAPTURE(width);
@@ -289,9 +289,9 @@ TEST_CASE("rays go on behind what they come out of") {
       CHECK(std::abs(behind[i] - expected[i]) < 0.05);
       if (std::abs(within[i] - shallow[i].until) < all.view.footprint) ++stopped;
     }
-    // But for rays that graze it.
+    // Some rays graze the flake.
     CHECK(stopped > 0.7 * static_cast<double>(deep.size()));
-    // Nothing behind the face of a cut is known.
+    // Rays that hit the face of a cut do not go on.
     set.part = Box{{-2, -2, -2}, {2, 2, 2}};
     const auto cut = picture::march_source(test::with_width(width), set);
     for (auto& ray : deep) ray.until = (ray.hit += 0.1F) + 0.6F;
@@ -300,8 +300,8 @@ TEST_CASE("rays go on behind what they come out of") {
   }
 }
 
-TEST_CASE("rays tell what stands between a light and a point, as far as is asked") {
-  // The flake stands one unit before the body.
+TEST_CASE("rays find what stands between a light and a point, within the given range") {
+  // The flake stands one unit in front of the body.
   const FlakeView light({1, 0, 0}, 32, true);
   const picture::View seen_by = picture::parallel_view({0, 0, 1}, *body_and_flake().frame.box, 96);
   for (const int width : test::lane_widths()) {
@@ -330,7 +330,7 @@ TEST_CASE("rays tell what stands between a light and a point, as far as is asked
   }
 }
 
-TEST_CASE("a picture without specks is as it was") {
+TEST_CASE("removing specks leaves a picture without specks unchanged") {
   const auto source = picture::march_source(
       test::with_width(8),
       {check::unit_ball(), 6, {}, {}, Precision::single, {}, {}, true, 144, 0, false});

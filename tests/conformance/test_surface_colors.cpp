@@ -78,7 +78,7 @@ TEST_CASE("a trap's colours show how close two iterates come to the plane X = 0"
     worst = std::max(worst, std::abs(share_of(colors[v]) - wanted));
   }
   CHECK(worst < 0.1);
-  // Spread over the vertices, the thirds of the palette are seen alike.
+  // When the palette is spread over the vertices, each third of it is seen equally often.
   const SurfaceColors spread =
       surface_colors(test::shared_device(), map, mesh, in_grey(Material::trap));
   CHECK_FALSE(spread.range.between.empty());

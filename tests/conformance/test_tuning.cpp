@@ -125,7 +125,7 @@ TEST_CASE("a tuner changes what is certainly 3 % faster, and nothing else") {
   CHECK(faster.time_ratio->middle == Catch::Approx(0.9).epsilon(0.01));
   CHECK(std::ranges::count(faster.trials, true, &TuneTrial::taken) == 1);
 
-  // Too little to change the sums of later fits for.
+  // A gain of 1.5 % is too small to change the sums of later fits.
   const TuneReport little = tuned_by(device, larger_panels(0.985));
   CHECK(little.tuning == before);
   CHECK_THAT(little.why_kept, Catch::Matchers::ContainsSubstring("panel_samples") &&

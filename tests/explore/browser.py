@@ -70,7 +70,7 @@ class Browser:
             self.errors.append(" ".join(str(a.get("value", a.get("description"))) for a in params["args"]))
         elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
             text = params["entry"]["text"]
-            if "GPU stall due to ReadPixels" not in text:  # which the driver remarks on where it is slow
+            if "GPU stall due to ReadPixels" not in text:  # a remark of slow drivers
                 self.errors.append(text)
         elif method == "Network.requestWillBeSent":
             url = params["request"]["url"]

@@ -44,12 +44,12 @@ def send(server, parts, pause=0):
 
 
 def big(data, count=64):
-    """A megabyte at a time."""
+    """Yields a megabyte at a time."""
     return itertools.repeat(data * (1 << 20), count)
 
 
 def requests(server):
-    """Each kind: its name, what it must be answered with, how many, and what it sends."""
+    """For each kind of client: its name, the answer that it must get, how many there are, and what it sends."""
     long_body = head(server, "POST", "/", "Content-Length: 10000000000") + b"\r\n"
     chunk = b"10000\r\n" + b"x" * 0x10000 + b"\r\n"
     return [

@@ -15,7 +15,7 @@ NAME = "map.qjulia.json"
 
 
 def refused(*options):
-    """What a server that cannot begin says."""
+    """Returns the result of a server that cannot start."""
     return subprocess.run([qjulia, "explore", NAME, *map(str, options), "--device", "cpu", "--quiet"], cwd=folder, capture_output=True,
                           text=True, timeout=100, check=False)
 
@@ -24,13 +24,13 @@ def check_ports(server):
     done = refused("--port", server.port)
     check(done.returncode == 2 and done.stderr == f"qjulia: --port: {server.port} of 127.0.0.1 is in use; give another one, or 0 for any "
           "that is free\n", f"a port in use is said to be: {done.stderr.strip()}")
-    done = refused("--host", "192.0.2.1")  # of documentation, and nobody's: RFC 5737
+    done = refused("--host", "192.0.2.1")  # reserved for documentation: RFC 5737
     check(done.returncode == 2 and done.stderr.startswith("qjulia: --host: '192.0.2.1' is no address of this machine"),
           f"and so is another machine's address: {done.stderr.strip()}")
 
 
 def check_saved(first, second):
-    """Both save at the same time, turned differently, and end each other's jobs as little as each other."""
+    """Both servers save at the same time, with different turns, and neither ends the other's job."""
     turned, asked = {}, []
     for server, turn in ((first, 0.1), (second, 0.2)):
         asked.append(threading.Thread(target=lambda s=server, t=turn: turned.update({t: s.get(f"/map?slice={t}")[2]})))
@@ -60,7 +60,7 @@ def timers(port):
 
 
 def check_gone(server):
-    """A client that goes away takes its job with it; what it sent too much does not hide that."""
+    """A client that goes away ends its job, even if it had sent surplus bytes."""
     for path, junk in (("/make?make=turntable&frames=120&size=1500x1400", b""), ("/frame?size=4000x4000&samples=4&iterations=16", b"junk")):
         with socket.create_connection(("127.0.0.1", server.port), timeout=100) as gone:
             gone.sendall((f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Qjulia-Token: {server.token}\r\n"

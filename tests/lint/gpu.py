@@ -35,7 +35,7 @@ import subprocess
 import sys
 import tempfile
 
-# The first that is there; the table is of the first.
+# The first of these that is installed is used; the table was made with the first.
 CLANGS = ("clang-15", "clang-19")
 CLANG = next((name for name in CLANGS if shutil.which(name)), CLANGS[0])
 CLC = "/usr/lib/clc/"

@@ -68,7 +68,7 @@ def leaves(value):
 
 
 def values_of(key, value):
-    """Every value that stands under the key, however deep."""
+    """All values of the key, at any depth."""
     if isinstance(value, dict):
         for name, part in value.items():
             if name == key:
@@ -80,7 +80,7 @@ def values_of(key, value):
 
 
 def is_same(given, kept):
-    """Whether what is kept is what was given."""
+    """Whether the recorded value equals the given one."""
     if given is None:
         return kept is True
     words, kept = re.split("[ ,]", given), leaves(kept)
@@ -96,7 +96,7 @@ def is_same(given, kept):
 
 
 def note_of(picture):
-    """What the picture says of how it was made."""
+    """The picture's record of how it was made."""
     data, at = picture.read_bytes(), 8
     while at < len(data):
         length, kind = struct.unpack(">I4s", data[at : at + 8])
@@ -108,7 +108,7 @@ def note_of(picture):
 
 
 def comparable(path):
-    """The file without what is new each time."""
+    """The file's content without the parts that differ from run to run."""
     data = path.read_bytes()
     if path.suffix == ".json":
         whole = json.loads(data)
@@ -137,7 +137,7 @@ class Done:
         return [name for name in names if self.path(name).stat().st_mtime >= self.began]
 
     def keeps(self):
-        """What it says of its options, on standard output and in what it wrote."""
+        """The options that it records, on standard output and in the files that it wrote."""
         kept = [self.json]
         for name in self.files():
             if name.endswith(".qjulia.json"):
@@ -147,10 +147,10 @@ class Done:
         return kept
 
 
-# Under which other names values are kept.
+# Other names under which values are recorded.
 OTHER_NAMES = {"--ball": "balls", "--block": "blocks", "--up": "file_up"}
 
-# How the options show that are kept nowhere and change no file.
+# How to observe options that are recorded nowhere and change no file.
 SHOWS = {
     "--output": lambda done, value: done.path(value).exists(),
     "--json": lambda done, value: done.json,
@@ -183,7 +183,7 @@ UNSEEN = {
 
 
 class Run:
-    """The words of one command line, and how its options show where they are kept nowhere."""
+    """The words of one command line, and how to observe its options that are recorded nowhere."""
 
     def __init__(self, arguments, options, shows=None, codes=(0,), keep=None, slow=False):
         self.arguments, self.options, self.shows = arguments.split(), options, shows or {}
@@ -323,7 +323,7 @@ RUNS = {
              "--counters": lambda done, value: (next(values_of("page_faults", done.json)) is not None
                                                 or "not counted: " in done.err),
              "--csv": makes("p.csv"), "--plot": makes("p.png")}, keep="p.json"),
-        # One kernel is a billion times slower than the baseline's, the other as fast, but for what others do here.
+        # One kernel is a billion times slower than the baseline's; the other is as fast, but for other programs' load.
         Run("f.qjulia.json MESH", {**KERNELS, "--precision": "double", "--width": "8", "--iterations": "2",
                                    "--baseline": "fast.json", "--tolerance": "1e4"},
             {"--baseline": lambda done, value: "slower: energy, n = 1" in done.err,
@@ -369,7 +369,7 @@ def toml_of(table, mesh):
 # What a picture's request may say, besides the knobs and the camera, which have the values of options.
 VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "cut-x": "90", "cut-y": "90", "cut-z": "90",
         "material": "trap", "palette": "ice", "lamp": "10,20,1.5"}
-# What changes no picture here, and why.
+# Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below"}
 MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}
 
@@ -379,11 +379,11 @@ class Bench:
         self.program, self.folder, self.mesh, self.slow = program, Path(folder), mesh, slow
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir(parents=True)
-        # A sanitizer would find what the command line keeps to its end.
+        # A leak check would report memory that the command line keeps until it ends.
         listed = subprocess.run([manual, "options"], capture_output=True, text=True, check=True,
                                 env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"})
         self.commands = json.loads(listed.stdout)
-        # Tuned settings are not to reach the user's.
+        # The user's tuned settings must stay as they are.
         self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.folder / "cache"),
                             "PATH": f"{self.folder}:{os.environ['PATH']}"}
 
@@ -407,7 +407,7 @@ class Bench:
         return done
 
     def is_shown(self, command, option, value, done):
-        """Whether something shows that the option was heard."""
+        """Whether something shows that the option had an effect."""
         shows = done.run.shows.get(option) or SHOWS.get(option)
         if shows:
             return shows(done, value)
@@ -415,7 +415,7 @@ class Bench:
         for name in (key, OTHER_NAMES.get(option, key)):
             if any(is_same(value, kept) for kept in values_of(name, done.keeps())):
                 return True
-        # What is kept nowhere changes what is written.
+        # An option that is recorded nowhere must change what is written.
         files = {name: comparable(done.path(name)) for name in done.files()}
         without = {name: given for name, given in done.options.items()
                    if name not in (option, "--trace", "--profile")}
@@ -443,7 +443,7 @@ class Bench:
                       f"nothing shows that '{command} {option} {value}' had an effect")
 
     def shared(self, command, number):
-        """What a run gives because many commands have it."""
+        """The shared options that a run gives."""
         if number > 0:
             return {"--quiet": None}
         own = RUNS[command][0].options
@@ -480,7 +480,7 @@ class Bench:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        # Of a map that does not say which way is up.
+        # This server has a map that does not say which way is up.
         whole = json.loads((self.folder / "f.qjulia.json").read_text())
         del whole["up"]
         (self.folder / "u.qjulia.json").write_text(json.dumps(whole))
@@ -515,7 +515,7 @@ class Bench:
         self.ask_files(pages)
 
     def ask_files(self, pages):
-        """What a page has made is what commands make."""
+        """A page makes the same files as the commands."""
         types = re.search("give one of (.+)\n", pages.refused("/make?make=x")).group(1).split(", ")
         check({"off", "stl", "glb", "turntable"} <= set(types), f"a page makes {types} alone")
         size = {"resolution": MAKE["resolution"], "millimetres": MAKE["millimetres"], "drift": "1.05"}
@@ -617,7 +617,7 @@ class Pages:
         return data.decode()
 
     def names(self, path):
-        """What the server takes there, by its own words."""
+        """The names that the server's error message lists."""
         query = "make=off&zzz=1" if path == "/make" else "zzz=1"
         return re.search("it takes (.+)\n", self.refused(f"{path}?{query}")).group(1).split(", ")
 
@@ -633,7 +633,7 @@ def png_size(path):
 
 
 def scene_of(path):
-    """What a .glb says of its vertices."""
+    """The description of the vertices in a .glb."""
     data = path.read_bytes()
     return json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])["accessors"]
 
@@ -646,7 +646,7 @@ def wait_for(path):
 
 
 def expect_same(what, names, table):
-    """The names are those that the table has a value for."""
+    """Checks that the table has a value for exactly these names."""
     missing, surplus = sorted(set(names) - set(table)), sorted(set(table) - set(names))
     check(not missing, f"this test has no value for {missing} of {what}")
     check(not surplus, f"this test has a value for {surplus}, which is not in {what}")

@@ -131,7 +131,7 @@ TEST_CASE("bad maps are refused") {
   check_refused(folder, {"info", absent}, "absent.qjulia.json");
 }
 
-TEST_CASE("a file that holds no map is called what it is, with what reads it") {
+TEST_CASE("a message about a file without a map says what the file is and what reads it") {
   const TemporaryFolder folder;
   for (const auto& [name, what] :
        {std::pair{"a.usda", "a mesh for other programs, which no command reads"},

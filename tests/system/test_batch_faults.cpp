@@ -154,9 +154,9 @@ cp -rp "$disk/out" "$results"
   CHECK(read_summary(folder / "results")["counts"]["done"] == 5);
 }
 
-/// On disks of one page after another: on one of them there is room for a status and for nothing
+/// Tries disks with one more page at a time: one of them has room for a status and for nothing
 /// else.
-TEST_CASE("a fit that a full disk has ended says so in its row, now and later") {
+TEST_CASE("the row of a fit that a full disk has ended gives the reason, now and later") {
   const TemporaryFolder folder;
   folder.file("ball.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
   const std::string manifest =

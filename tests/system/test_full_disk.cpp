@@ -67,7 +67,7 @@ TEST_CASE("a full disk leaves nothing half-written") {
                      "fitted.qjulia.json", 4);
 }
 
-TEST_CASE("a full disk of the driver's cache is named, and the variable that moves it") {
+TEST_CASE("a message about a full disk names the driver's cache and the variable that moves it") {
   const TemporaryFolder folder, results;
   const auto result =
       run_on_small_disk({"sample", QJULIA_TEST_DATA "/../../docs/maps/quadratic.qjulia.json", "-o",
@@ -76,5 +76,5 @@ TEST_CASE("a full disk of the driver's cache is named, and the variable that mov
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);
   CHECK_THAT(result.err, ContainsSubstring("is full") &&
-                             ContainsSubstring("'" + (folder / "") + "' by POCL_CACHE_DIR"));
+                             ContainsSubstring("'" + (folder / "") + "' (from POCL_CACHE_DIR)"));
 }

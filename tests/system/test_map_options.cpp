@@ -188,7 +188,7 @@ TEST_CASE("words for the detail suit the map's own shape, and tufts make a map o
   CHECK(detail("clear") == Catch::Approx(automatic / 2));
   CHECK(detail("wild") == Catch::Approx(2 * automatic));
   CHECK(detail("0.013") == 0.013);
-  // A map may say a box that is larger than its shape; the shell is as thick as before.
+  // The box in a map may be larger than its shape; the shell is as thick as before.
   qjulia::Map roomy = small_map();
   *roomy.frame.detail /= 2;
   roomy.frame.box = qjulia::Box{{-2, -2, -2}, {2, 2, 2}};

@@ -193,7 +193,7 @@ TEST_CASE("loose pieces are left out of pictures and of surfaces, unless they ar
     REQUIRE(result.exit_code == 0);
     return std::pair{json::parse(result.out), result.err};
   };
-  // By itself a picture frames the body alone.
+  // By default a picture frames the body alone.
   const std::vector<std::string> render{
       "render", map, "-o", folder / "a.png", "--size", "80x60", "--frame", "-1", "-1", "-1",
       "2.2",    "1", "1"};

@@ -116,7 +116,7 @@ TEST_CASE("a build that cannot be profiled ends --against with its own exit code
   CHECK_THAT(silent.err, ContainsSubstring("printed no profile"));
 }
 
-TEST_CASE("--against without time for enough rounds says so, and how to get more") {
+TEST_CASE("--against says when there is no time for enough rounds, and what helps") {
   const ProcessResult found = run_command(
       {"profile", "--against", QJULIA_COMMAND, "--seconds", "0.1", "--kernels", "energy",
        "--samples", "500", "--factors", "16", "--repeats", "1", "--device", "cpu", "--json"});

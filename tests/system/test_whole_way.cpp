@@ -137,7 +137,7 @@ TEST_CASE("a detail means the same shell before a shape is turned and afterwards
     const json last = info_of(converted(turned, "last", {"--detail", detail}));
     const json first = info_of(
         converted(fitted().map, "first", {"--detail", detail, "--rotate", "1", "1", "0", "40"}));
-    // A word is for the map's own surface, of which the two are not cut into the same triangles.
+    // 'auto' measures the map's own surface, which is cut into other triangles after the turn.
     const double error = detail == "auto" ? 0.01 : 1e-9;
     CHECK(last["degree"].get<double>() ==
           Catch::Approx(first["degree"].get<double>()).epsilon(error));

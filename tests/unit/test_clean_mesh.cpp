@@ -70,7 +70,7 @@ TEST_CASE("vertices keep the file's order, and the report says what became of ea
   }
 }
 
-TEST_CASE("a mesh in memory can be had as a file of it would be read") {
+TEST_CASE("a mesh in memory can be treated as if it were read from a file") {
   TriangleMesh mesh = shapes::soup(shapes::torus(1, 0.45, 12, 8));
   for (Eigen::Vector3d& x : mesh.vertices) x = x / 3 + Eigen::Vector3d::Constant(0.1);
   mesh.triangles.push_back({0, 0, 1});

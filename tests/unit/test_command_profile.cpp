@@ -40,8 +40,9 @@ CommandProfile made_up() {
   return command_profile({}, trace, work, measure, 1);
 }
 
-/// A kernel of a CPU with two processors that do 1e10 multiply-adds a second each. Of its time the
-/// threads that run it waited for a processor in a part. It moves next to nothing, or only bytes.
+/// A kernel of a CPU with two processors that do 1e10 multiply-adds a second each. For a part of
+/// its time, the threads that run it waited for a processor. It moves almost no bytes, or does
+/// nothing but move bytes.
 CommandProfile loaded(double waited, double pace_before = 1e10,
                       const KernelWork& work = {.slots = 1e9}) {
   Trace trace(kBegin);
@@ -92,7 +93,7 @@ TEST_CASE("a command's share on a CPU is that of its CPU seconds, however long i
     CHECK(profile.disturbances().size() == (waited > 0 ? 2 : 0));
     CHECK(to_json(profile)["disturbances"].size() == profile.disturbances().size());
   }
-  CHECK_THAT(loaded(0.5).disturbances()[0], ContainsSubstring("waited for a processor in 50 %"));
+  CHECK_THAT(loaded(0.5).disturbances()[0], ContainsSubstring("waited for a processor for 50 %"));
   CHECK_THAT(loaded(0.5).disturbances()[1], ContainsSubstring("20.0 G/s before and 10.0 after"));
 }
 

@@ -355,7 +355,7 @@ struct Extent {
   Eigen::Vector2d low{1e9, 1e9}, high{-1e9, -1e9};
 
   double tighter_share() const { return (high - low).maxCoeff(); }
-  /// How far the middle is from the picture's.
+  /// The distance between the middle of what is seen and the picture's middle.
   double off_middle() const { return (0.5 * (low + high).array() - 0.5).abs().maxCoeff(); }
 };
 
@@ -374,7 +374,7 @@ Extent extent_of(const Camera& camera, const std::vector<Vector3d>& points, int 
   return extent;
 }
 
-/// A body with a horn at a corner of its box, and other shapes that are no ellipsoids.
+/// A body with a horn at a corner of its box, and other shapes that are not ellipsoids.
 std::vector<std::vector<Vector3d>> framed_shapes() {
   std::vector<Vector3d> horned = shapes::sphere(3).vertices, needle, slab, corners;
   for (int i = 0; i <= 20; ++i)
@@ -450,7 +450,7 @@ TEST_CASE("the cameras of a film have one place to look at and one distance, and
 }
 
 TEST_CASE("each part of a palette is seen about as much, whatever values are seen") {
-  // Most at the two ends, as traps are; few in between.
+  // Most values lie at the two ends, as those of traps do; few lie in between.
   std::vector<float> values;
   for (int i = 0; i < 4000; ++i) {
     const double u = (i + 0.5) / 4000;
@@ -468,7 +468,7 @@ TEST_CASE("each part of a palette is seen about as much, whatever values are see
     CHECK(count > 4000 / 5 * 0.7);
     CHECK(count < 4000 / 5 * 1.4);
   }
-  // What most points have in common has the middle of the parts that it takes.
+  // A value that most points share lies in the middle of the parts that it takes.
   std::vector<float> alike(1000, 0.3F);
   for (std::size_t i = 0; i < 250; ++i) alike[i] = 0.3F + 0.002F * static_cast<float>(i);
   CHECK(picture::share_of(range_over(alike, Material::groove), double{0.3F}) ==

@@ -114,7 +114,7 @@ TEST_CASE("thin walls grow to what was asked for, and thick ones stay") {
   CHECK(made_printable(ball, {.min_wall = 1}).mesh.vertices == ball.vertices);
 }
 
-TEST_CASE("walls and size are found together, in few steps") {
+TEST_CASE("walls and size are reached together, in few steps") {
   const TriangleMesh tufted = tufted_ball();
   constexpr double kWall = 2;
   std::set<std::string> steps;

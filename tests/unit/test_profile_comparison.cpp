@@ -22,7 +22,7 @@ constexpr double kLimit = 5e10;
 struct TimedMachine {
   std::mt19937_64 random;
   double noise = 0.005;
-  bool is_loaded = false;   ///< other work comes, takes a part, stays for some runs, and goes
+  bool is_loaded = false;  ///< other programs start, take a part of the time for some runs, and end
   bool counts_cpu = false;  ///< profiles have CPU seconds, which other work does not change
   double share = 1;
 
@@ -111,7 +111,7 @@ TEST_CASE("a program against itself under load is never called slower") {
   CHECK(undecided > 100);
 }
 
-TEST_CASE("under load CPU seconds decide: a kernel slowed by 5 % is found, and it alone") {
+TEST_CASE("under load CPU seconds decide: only the kernel slowed by 5 % is found") {
   int busy = 0;
   for (unsigned trial = 0; trial < 100; ++trial) {
     TimedMachine machine(trial);
@@ -155,7 +155,7 @@ TEST_CASE("where the limit in a CPU second drifts too, nothing is called slower"
   CHECK(found.busy.size() == 2);
 }
 
-TEST_CASE("a kernel slowed by 5 % is found on a quiet machine, and it alone") {
+TEST_CASE("only the kernel slowed by 5 % is found on a quiet machine") {
   for (unsigned trial = 0; trial < 100; ++trial) {
     TimedMachine machine(trial);
     const json before = profile_on(machine, 8);

@@ -82,7 +82,7 @@ class Solid : public DepthSource {
   double largest_;
 };
 
-/// From above: pixels are 1/32 wide.
+/// The view from above; pixels are 1/32 wide.
 View view_from_above(int samples = 1) {
   View view = parallel_view(Vector3d::UnitZ(), {{-1, -1, -1}, {1, 1, 1}}, 64);
   view.samples = samples;
@@ -113,14 +113,15 @@ TEST_CASE("islands are small groups of samples with everything around them far b
   CHECK(islands(grid, 0.5, 3) == Groups{{9, 10, 19}, {21}});
   CHECK(islands(grid, 0.5, 2) == Groups{{21}});
   CHECK(islands(grid, 4.5, 3) == Groups{{9, 10, 19}});
-  // What reaches an edge may go on beyond it, and what hangs on something nearer may hang on that.
+  // A group that reaches an edge may go on beyond it, and a group next to something nearer may be
+  // attached to it.
   CHECK(islands(grid_of(3, std::vector<float>{kMiss, kMiss, kMiss, kMiss, 2.0F, 1.0F, kMiss, kMiss,
                                               kMiss}),
                 0.5, 3)
             .empty());
 }
 
-TEST_CASE("pits are small groups of samples with everything around them far before them") {
+TEST_CASE("pits are small groups of samples with everything around them far in front of them") {
   const DepthGrid grid = grid_of(6, {1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F,   //
                                      1.0F, 3.0F, 1.0F, 1.0F, kMiss, 1.0F,  //
                                      1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F});
@@ -130,8 +131,8 @@ TEST_CASE("pits are small groups of samples with everything around them far befo
   CHECK(islands(grid, 1, 6).empty());
 }
 
-TEST_CASE("specks are passed by, and what is behind them is seen") {
-  // Beside the slab's edge, before the slab, and one behind another.
+TEST_CASE("specks are removed, and what is behind them is seen") {
+  // Specks lie beside the slab's edge, in front of the slab, and one behind another.
   const auto specks = [](const Vector3d& p) {
     return ball({0.5, 0.5, 0}, 0.08)(p) || ball({-0.5, 0.5, 0}, 0.08)(p) ||
            ball({-0.5, -0.5, 0}, 0.08)(p) || ball({-0.5, -0.5, 0.4}, 0.05)(p);
@@ -141,7 +142,7 @@ TEST_CASE("specks are passed by, and what is behind them is seen") {
   const View view = view_from_above();
   REQUIRE((depths_of(all) != depths_of(slab)));
   CHECK((speckless_depths(all, view) == depths_of(slab)));
-  // Those that are larger than a speck may be stay, and so does all where all is to be drawn.
+  // Larger pieces stay, and everything stays where all is to be drawn.
   Solid few([&](const Vector3d& p) { return is_in_slab(p) || specks(p); }, 0.14);
   const auto left = speckless_depths(few, view);
   CHECK((left != depths_of(slab)));
@@ -150,7 +151,7 @@ TEST_CASE("specks are passed by, and what is behind them is seen") {
   CHECK((speckless_depths(kept, view) == depths_of(kept)));
 }
 
-TEST_CASE("tips of what is attached are no specks") {
+TEST_CASE("the tip of an attached piece is not a speck") {
   // A spike on the slab, seen from its tip, and a cap on a thin stem.
   Solid solid(
       [](const Vector3d& p) {
@@ -176,12 +177,12 @@ TEST_CASE("pits of a pixel are filled to their rims, and wider ones are left") {
   REQUIRE((depths_of(pitted) != depths_of(slab)));
   CHECK((speckless_depths(pitted, view) == depths_of(slab)));
   CHECK((speckless_depths(bored, view) == depths_of(bored)));
-  // Of samples, so many as lie in less than two pixels.
+  // With several samples a pixel, pits of up to so many samples are narrower than two pixels.
   CHECK((speckless_depths(bored, view_from_above(4)) == depths_of(slab)));
 }
 
 TEST_CASE("specks do not depend on how rows are divided") {
-  // Many, of many sizes, at many depths, before each other.
+  // There are many specks of many sizes and depths, some in front of others.
   Solid solid(
       [](const Vector3d& p) {
         if (is_in_slab(p)) return true;
@@ -223,7 +224,7 @@ TEST_CASE(
   CHECK(slab.reach == Catch::Approx(3 * (low.view.footprint - 2 * pixel)).epsilon(1e-3));
   REQUIRE(shadow.size() == 32 * 12);
   std::size_t ray = 0;
-  // A row of pixels more above and below, which the strip's own are smoothed with.
+  // One more row of pixels above and below is needed to smooth the strip's own.
   for (int row = -1; row < 13; ++row) {
     const bool is_inside = row >= 0 && row < 12;
     for (int column = 0; column < 32; ++column) {
@@ -243,7 +244,7 @@ TEST_CASE(
   CHECK(ray == slab.lit.size());
   CHECK(ray > 100);
   CHECK(narrowest_penumbra(view, low) > 1);
-  // What faces away from the light is not asked about; nor is anything where texels are fine.
+  // No rays are cast for surfaces that face away from the light, nor where texels are fine.
   slab.lit.clear();
   near_shadow(slab, view, light({0.2, 0.1, -1}, 12), strip);
   CHECK(slab.lit.size() < ray / 8);

@@ -142,7 +142,7 @@ TEST_CASE("a list of drivers that is empty is named") {
   ::unsetenv("OCL_ICD_VENDORS");
 }
 
-TEST_CASE("a driver whose library cannot be loaded is named, and its .icd file") {
+TEST_CASE("a message names the driver whose library cannot be loaded, and its .icd file") {
   const Machine machine;
   const auto file = machine.file("etc/OpenCL/vendors/other.icd", "libno-such-driver.so.1\n");
   const auto finding = found(surroundings(machine.root.path()), "library");
@@ -166,8 +166,8 @@ TEST_CASE("a folder that PoCL cannot write its kernels to is named, where PoCL i
   own == nullptr ? ::unsetenv("POCL_CACHE_DIR") : ::setenv("POCL_CACHE_DIR", kept.c_str(), 1);
   REQUIRE(finding);
   CHECK(finding->path == "/proc/no-such-folder");
-  CHECK_THAT(finding->text, ContainsSubstring("'/proc/no-such-folder' by POCL_CACHE_DIR") &&
-                                ContainsSubstring("set POCL_CACHE_DIR to one"));
+  CHECK_THAT(finding->text, ContainsSubstring("'/proc/no-such-folder' (from POCL_CACHE_DIR)") &&
+                                ContainsSubstring("set POCL_CACHE_DIR to a folder"));
 }
 
 TEST_CASE("the folder of PoCL's kernels is the one that PoCL takes") {

@@ -49,7 +49,7 @@ struct Manifest {
   std::vector<BatchEntry> entries;  ///< in the manifest's order; those of a glob by name
 };
 
-/// What a [[fit]] may say besides the options of a fit: "mesh", "name" and what to make of it.
+/// The keys of a [[fit]] besides the options of a fit: "mesh", "name" and the outputs.
 std::vector<std::string> manifest_keys();
 
 /// Throws InputError unless these options, together, make a fit.

@@ -107,8 +107,8 @@ std::string name_problem(const std::string& name) {
 
 class Reader {
  public:
-  /// A key that says what to make of a fit beside its map. Lists are values of its own, in a
-  /// [[sweep]] too.
+  /// A key for an output of a fit besides its map. A list is a single value of such a key, also in
+  /// a [[sweep]].
   struct OutputKey {
     std::string_view name;
     void (Reader::*read)(const toml::node& node, std::size_t line, BatchOutputs& outputs);

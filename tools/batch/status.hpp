@@ -15,7 +15,7 @@ std::filesystem::path status_path(const std::filesystem::path& folder, const std
 std::optional<EntryStatus> read_status(const std::filesystem::path& folder,
                                        const std::string& name);
 
-/// On a full disk an entry's last status takes the place of its first. @throws OutputError
+/// On a full disk an entry's last status overwrites its first. @throws OutputError
 void write_status(const std::filesystem::path& folder, const EntryStatus& status);
 
 /// batch.json: which entries there are, and their settings. @throws OutputError

@@ -18,8 +18,8 @@ using KernelKey = std::pair<std::string, int>;  ///< name and n
 
 KernelKey key_of(const json& kernel) { return {kernel.at("kernel"), kernel.at("iterations")}; }
 
-/// The runs that a profile keeps of a kernel, and whether less of one is less disturbed by other
-/// programs.
+/// A list of a kernel's runs in a profile, and whether its smaller values are the less disturbed
+/// ones.
 struct Kept {
   const char* name;
   bool is_least_best;
@@ -27,8 +27,8 @@ struct Kept {
 constexpr std::array kByDevice{Kept{"seconds", true}, Kept{"fma_per_second", false}};
 constexpr std::array kByCpu{Kept{"cpu_seconds", true}, Kept{"fma_per_cpu_second", false}};
 
-/// Of a process's runs those that other programs have disturbed least: the fastest and the highest
-/// limit.
+/// Those of a process's runs that other programs have disturbed least: the fastest run and the
+/// highest limit.
 double least_disturbed(const json& runs, const Kept& kept) {
   const auto values = runs.at(kept.name).get<std::vector<double>>();
   if (values.empty())
@@ -119,7 +119,7 @@ bool is_decided(const KernelComparison& kernel, double tolerance) {
   return false;
 }
 
-/// What the look after so many others may spend.
+/// The error that this comparison may spend, after so many others.
 double error_of_look(const ComparisonOptions& options, int looks) {
   return (1 - options.confidence) / (double(looks + 1) * (looks + 2));
 }

@@ -19,10 +19,10 @@ struct ComparisonOptions {
   void validate() const;        ///< @throws InputError
 };
 
-/// What times are counted in.
+/// The clock in whose seconds times are counted.
 enum class Clock {
   device,  ///< seconds of the device's own clock
-  cpu      ///< CPU seconds of the threads that run kernels: those of a busy machine's CPU
+  cpu      ///< CPU seconds of the threads that run kernels: used when the machine is busy
 };
 std::string to_string(Clock clock);
 

@@ -27,10 +27,10 @@ constexpr std::size_t kLongestRequest = 32 << 10;  ///< its line and headers
 /// unread, and go on sending what nobody reads.
 constexpr std::chrono::milliseconds kIdleLimit(1000), kReadLimit(2000), kWriteLimit(10000),
     kDropLimit(500);
-/// A peer that acknowledges nothing for so long is gone: a machine that fell asleep says no word.
+/// A peer that acknowledges nothing for so long is gone: a machine that fell asleep sends nothing.
 constexpr unsigned int kSilenceLimit = 20;  // seconds
 
-/// @return those of the events that came; 0 where none did until then. Errors are events too.
+/// @return those of the events that came; 0 if none came in that time. Errors are events too.
 short wait_for(int socket, short events, Clock::time_point until) {
   pollfd waits{socket, events, 0};
   for (;;) {
@@ -49,7 +49,7 @@ class RequestStream : public httplib::Stream {
   bool is_readable() const override {
     return used_ < filled_ || (filled_ < bytes_.size() && wait_for(socket_, POLLIN, until_) != 0);
   }
-  /// Whether a client waits for the answer; not one that has gone.
+  /// Whether the client still waits for the answer and has not gone.
   bool is_writable() const override {
     return wait_for(socket_, POLLOUT | POLLRDHUP, Clock::now() + kWriteLimit) == POLLOUT;
   }
@@ -110,8 +110,8 @@ void end_when_silent(int socket) {
   ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &kMilliseconds, sizeof(kMilliseconds));
 }
 
-/// Ends a connection. A system that closes one with bytes unread has the peer forget the answer, so
-/// that what still comes is read, for a while.
+/// Ends a connection. If it is closed with bytes unread, the peer discards the answer, so what
+/// still comes is read for a while.
 void hang_up_politely(int socket) {
   ::shutdown(socket, SHUT_WR);
   std::array<char, 4096> dropped;
@@ -134,8 +134,8 @@ BoundedServer::BoundedServer(std::function<bool(const httplib::Request&)> keeps)
     : keeps_(std::move(keeps)) {
   new_task_queue = [] { return new Threads; };
   set_tcp_nodelay(true);
-  // Not the library's own, with which several servers could share a port. A port that another
-  // server has just left is free.
+  // These replace the library's socket options, with which several servers could share a port. A
+  // port that another server has just left can be used.
   set_socket_options([](socket_t listener) {
     constexpr int kOn = 1;
     ::setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &kOn, sizeof(kOn));
@@ -150,7 +150,7 @@ int BoundedServer::open(const std::string& host, int port) {
     port = bind_to_any_port(host);
   else if (!bind_to_port(host, port))
     port = -1;
-  // The library lets five connections wait until they are accepted; more would be left in doubt.
+  // The library's queue holds five connections that wait to be accepted; more would get no answer.
   if (port > 0) ::listen(svr_sock_, kThreads);
   return port;
 }

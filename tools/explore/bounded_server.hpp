@@ -22,7 +22,8 @@ class BoundedServer : public httplib::Server {
 
  private:
   bool process_and_close_socket(socket_t socket) override;
-  /// Answers one request. @param library this, whose type lets its release be asked for.
+  /// Answers one request. @param library this server; its type selects the code for a release of
+  /// the library.
   /// @return whether another one may follow.
   template <class Library>
   bool serve(Library& library, socket_t socket, bool is_last);

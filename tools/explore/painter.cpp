@@ -27,8 +27,8 @@ const Map& Painter::turned(const ViewRequest& view) {
 
 namespace {
 
-/// The camera from so far away, and looking at such a point, that the set is whole from every
-/// azimuth: what turns neither grows nor moves.
+/// The camera at a distance, and with a point to look at, that show the whole set from every
+/// azimuth: a set that turns neither grows nor moves.
 Camera steady(Studio& studio, const Camera& camera) {
   constexpr int kAround = 24;
   std::vector<Camera> around(kAround, camera);

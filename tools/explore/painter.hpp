@@ -16,7 +16,7 @@ namespace qjulia::explore {
 class Painter {
  public:
   /// @param mesh what a view of the mesh shows; it must stay.
-  /// @param keep_loose of all pictures, and of what is made of the map.
+  /// @param keep_loose for all pictures and for all files that are made of the map.
   Painter(Device device, const TriangleMesh* mesh, bool keep_loose)
       : device_(std::move(device)), mesh_(mesh), keep_loose_(keep_loose) {}
 

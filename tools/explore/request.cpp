@@ -308,7 +308,7 @@ ViewRequest read_view(const Query& query) { return view_of(query, names_of(parts
 
 MakeRequest read_make(Query query) {
   MakeRequest made;
-  if (!query.contains("make")) query.emplace("make", "");  // what it may be is said then
+  if (!query.contains("make")) query.emplace("make", "");  // the error then lists the values
   for (const auto& [name, take] : make_parts()) {
     const auto text = taken(query, name);
     if (text) naming(name, [&, &read_part = take] { read_part(*text, made); });

@@ -23,7 +23,8 @@ struct ViewRequest {
   MapKnobs knobs;
   PictureOptions picture;
   bool is_draft = false;
-  bool is_steady = false;   ///< the camera is as far away as sees the whole set at every azimuth
+  bool is_steady =
+      false;  ///< the camera is so far away that it sees the whole set at every azimuth
   bool shows_mesh = false;  ///< that a map is being fitted to, in place of the map
   std::string knobs_text;   ///< the same for requests with the same knobs
   /// The same for requests that differ in the camera alone, or in size where they are drafts.

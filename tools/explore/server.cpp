@@ -347,7 +347,7 @@ struct Server::Impl {
     http.Get("/fit", [this](const auto&, auto& response) {
       response.set_content(fit_json(), "application/json");
     });
-    // A handler that is given the reader of the body, and reads none.
+    // This kind of handler gets a reader of the body, and reads nothing.
     http.Post(kStop, [this](const auto&, auto& response, const httplib::ContentReader&) {
       fit_stop.request_stop();
       response.set_content("{}", "application/json");

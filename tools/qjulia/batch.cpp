@@ -421,8 +421,8 @@ void describe_batch(Command command, BatchArguments& a) {
           .offers({"auto"})};
   command
       .file("--status", a.status, "FOLDER",
-            "Only report the progress of the batch in this folder; the exit code is 1 while any "
-            "entry is not done")
+            "Only report the progress of the batch in this folder; the exit code is 1 until every "
+            "entry is done")
       .offers_folders();
   const auto of_device = add_device_to_use(command, a.device);
   a.all_but_status.insert(a.all_but_status.end(), of_device.begin(), of_device.end());

@@ -14,7 +14,7 @@
 namespace qjulia::tools {
 namespace {
 
-/// Too little address space, in which drivers end the process or wait for ever.
+/// Too little address space: drivers then end the process or wait for ever.
 std::string memory_obstacle() {
   // PoCL 3.1 with its compiler, and a thread for each core with a stack. With two cores it works in
   // 600,000 KiB and not in 560,000.

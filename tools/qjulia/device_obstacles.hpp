@@ -7,7 +7,7 @@ namespace qjulia::tools {
 /// files, or too little address space. Empty: none.
 std::string limit_obstacle();
 
-/// Call it before drivers are asked: some end the process within such limits, or wait for ever.
+/// Call it before drivers are asked: within such limits, some end the process or wait for ever.
 /// @throws NoDeviceError
 void expect_room_for_drivers();
 

@@ -51,10 +51,9 @@ void add_fit_options(Command command, FitArguments& a) {
       .default_text(fmt::format("{}", a.options.max_factors));
   add_detail(command, a.options.detail);
   add_steepness_and_up(command, a.options.steepness, a.options.up);
-  command.add(
-      "--target-iou", &a.options.target_iou, "NUMBER",
-      "End after the first stage whose map has this IoU or more on a grid of 48 cells, above "
-      "0 to 1. Default: do not");
+  command.add("--target-iou", &a.options.target_iou, "NUMBER",
+              "End after the first stage whose map has this IoU or more on a grid of 48 cells a "
+              "side; above 0, at most 1. Default: none");
   command.add("--max-evaluations", &a.options.max_evaluations, "INT",
               "Maximum number of evaluations of energy and gradient. Default: the schedule's own");
   command.add("--seed", &a.options.seed, "INT",

@@ -78,7 +78,7 @@ class CommandWords {
   std::vector<std::string> words_;
 };
 
-/// @param range first value to last.
+/// @param range its values from first to last.
 void add_range(const nlohmann::json& range, CommandWords& command) {
   command.option("range", nlohmann::json::array({range.front(), range.back()}));
   std::vector<std::string> between;

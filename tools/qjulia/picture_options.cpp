@@ -158,9 +158,9 @@ std::vector<Option> add_range(Command command, std::optional<MaterialRange>& ran
   const Option ends = command.numbers(
       "--range", "LOW HIGH", take,
       "The values of --material at which the palette begins and ends. Default: the palette is "
-      "spread so that each part of it is seen about as much as any other, in a series of pictures "
-      "over all of them. The note in a picture holds its range; give it again to keep the colours "
-      "in other pictures, maps and meshes");
+      "spread so that each part of it is seen about as much as any other; a series of pictures is "
+      "treated as one. The note in a picture holds its range; give it again to keep the colours in "
+      "other pictures, maps and meshes");
   const Option between = command.word(
       "--range-between", "A,B,...",
       [given](const std::string& text) {
@@ -169,8 +169,9 @@ std::vector<Option> add_range(Command command, std::optional<MaterialRange>& ran
           given().between.push_back(finite_number(word));
         }
       },
-      "Values between those of --range, with commas, at which an equal share of the palette lies "
-      "behind each. Default: none with --range, whose palette is spread evenly");
+      "Values between those of --range, separated by commas; they and those of --range divide the "
+      "palette into equal parts. Default: none if --range is given, and the palette is then spread "
+      "evenly");
   return {ends, between};
 }
 

@@ -38,8 +38,8 @@ struct LookOptions {
   bool no_ground = false;
 };
 
-/// --background, --no-ground, --palette, --keep-loose, --lamp, --range and --range-between.
-/// Both must stay where they are.
+/// --background, --no-ground, --palette, --keep-loose, --lamp, --range and --range-between. Both
+/// objects must outlive the option and must not be moved.
 void add_look(Command command, LookOptions& look, PictureOptions& options);
 
 /// The picture's options with the look that was given; their material is set before.

@@ -106,7 +106,7 @@ std::vector<double> numbers(const std::string& list, char between, const std::st
   return values;
 }
 
-/// How the option goes from one value to another; linearly where no table says it.
+/// How the option goes from one value to another; linearly unless a table says otherwise.
 Interpolation interpolation_of(const std::string& option) {
   for (const Knob& knob : knob_table()) {
     if (knob.option() == option) return knob.interpolation;

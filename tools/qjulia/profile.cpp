@@ -353,17 +353,18 @@ A pair is one factor at one sample for one iterate. The share of the limit compa
 kernel's slots (multiply-adds, multiplications and divisions in its source, one each) with
 the measured peak multiply-add rate of the device's widest vectors, or with an m the bytes
 that must move with the measured copy; "<" means that orbits may have ended early. On CPUs a
-share of multiply-adds is one of CPU seconds, which other programs do not change; "CPUs" are
-the processors that worked. Each run has its own limit, and the share is the median over the
-runs; in parentheses is where this median lies with a chance of 90 % (with less than five
---repeats, the range of the runs). "not now" means that the machine is too busy to say it,
-"cached" that data stayed in a cache, and "ends early" that the bound of the work is no guide.
+share of multiply-adds counts CPU seconds, which other programs do not change; "CPUs" is the
+mean number of processors at work. Each run has its own limit, and the share is the median over
+the runs; in parentheses is its 90 % confidence interval (with fewer than five --repeats, the
+range of the runs). "not now" means that the machine is too busy to judge the share, "cached"
+that data stayed in a cache, and "ends early" that less work may have been done than was counted.
 On GPUs the predicted time is what the compiled kernel's instructions and its memory traffic
 take at these limits. Single kernels are indented: their time is a part of the job's. Times
-are from the device's own clock. The spread is that of the runs, over their median; a warning
-says so when the machine was not idle.
+are from the device's own clock. The spread is the longest run minus the shortest, over the
+median. A warning is printed if the machine was not idle.
 'compare' takes two --json reports. The time of each run is multiplied by the multiply-add
-limit measured right after it; on a busy machine its CPU seconds, by the limit in a CPU second.
+limit measured right after it; on a busy machine, CPU seconds and the limit in a CPU second are
+used instead.
 A kernel is slower if the lower bound of its slowdown is over 2 %. Exit code 0: no kernel is
 slower; 1: some are; 4: undecided, because the machine was busy or runs differ too much.
 Tuned settings are kept for the device, its driver and this program in

@@ -84,9 +84,8 @@ int show_comparison(const benchmark::ProfileComparison& comparison,
   }
   if (comparison.clock == benchmark::Clock::cpu) {
     session.console.note(
-        "CPU seconds are compared in place of seconds, which say nothing on a busy machine; how "
-        "well "
-        "the work is spread over processors is not compared");
+        "the machine was busy, so CPU seconds are compared instead of seconds; they do not show "
+        "how well the work is spread over processors");
   }
   switch (comparison.verdict) {
     case benchmark::Verdict::slower:

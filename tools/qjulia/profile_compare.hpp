@@ -15,7 +15,7 @@ namespace qjulia::tools {
 int compare_profiles(const std::string& before, const std::string& after,
                      const benchmark::ComparisonOptions& options, Session& session);
 
-/// What a comparison has measured by itself.
+/// The rounds that a comparison has measured itself.
 struct Rounds {
   int made = 0;        ///< 0: it has measured nothing
   int least = 0;       ///< that allow any bound

@@ -26,8 +26,8 @@ std::string in_cpu_seconds(const ProfileReport& report) {
   return fmt::format(", {:.4g} G in a CPU second", 1e-9 * report.limits.fma_per_cpu_second);
 }
 
-/// Of a device's limit, and which, with its interval; "<" where orbits may have ended early. Or why
-/// there is none.
+/// The share of the limit, which limit it is, and the interval, with "<" where orbits may have
+/// ended early; or the verdict where there is no share.
 std::string share_text(const KernelFigures& f) {
   if (!f.share_of_limit) return f.share_verdict.empty() ? "-" : f.share_verdict;
   return fmt::format("{}{:.1f} %{} ({:.1f} to {:.1f})", f.work_is_at_most ? "<" : "",

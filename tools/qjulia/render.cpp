@@ -214,8 +214,9 @@ std::vector<Camera> cameras_of(const Sweep& sweep, const PictureOptions& options
   return cameras;
 }
 
-/// What all pictures of a sweep over maps have in common: cameras that see every set whole, and a
-/// palette that is spread over all of them. Both are found by drafts, of so many values at most.
+/// What all pictures of a sweep over maps have in common: cameras that show the whole set in each,
+/// and a palette that is spread over all of them. Both are found from drafts, for at most this many
+/// values.
 struct Series {
   std::vector<Camera> cameras;
   std::optional<MaterialRange> range;
@@ -439,7 +440,7 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
   qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
 Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The set, without
 loose pieces, stands in the middle and fills 83 % of the tighter side; a sweep or a turntable is
-framed once for all its pictures. The faces of cuts have rings by how deep they lie. The file holds
+framed once for all its pictures. Rings on the faces of cuts show depth. The file holds
 the map as it is drawn, with its knobs turned, so that every command that reads maps reads the
 picture too; 'qjulia info' says the command that draws it again, and 'qjulia explore' opens the
 view. Of a series, each picture holds its map, and the contact sheet none. The file's text chunk

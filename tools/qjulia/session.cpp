@@ -203,8 +203,8 @@ void Session::report_kernels(const Device& device) {
 
 std::string busy_text(const std::vector<std::string>& signs) {
   return fmt::format(
-      "the machine was busy: {}. Seconds are too long; shares of the limit hold, and say 'not now' "
-      "where they cannot be judged",
+      "the machine was busy: {}. Seconds are too long; shares of the limit still hold, and 'not "
+      "now' stands where they cannot be judged",
       fmt::join(signs, "; "));
 }
 

@@ -81,7 +81,7 @@ class Session {
   double meter_seconds_ = 0;  ///< that it took, and the command did not
 };
 
-/// What a profile says of signs that other programs disturbed it.
+/// The warning of a profile that other programs disturbed.
 std::string busy_text(const std::vector<std::string>& signs);
 
 /// How long a device was waited for, and what that took.

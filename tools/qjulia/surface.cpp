@@ -58,7 +58,7 @@ struct WrittenSurface {
   double abrupt_share = 0;  ///< of the edges, in colour
 };
 
-/// Where the share is less, what a picture shows as bands is seen as bands.
+/// Below this share, bands of a picture are still seen as bands.
 constexpr double kMostAbrupt = 0.1;
 
 bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
@@ -306,11 +306,11 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
     stands = fmt::format("\nthe file's {} is up", to_string(*arguments.up));
   }
   if (written.abrupt_share > kMostAbrupt) {
-    session.console.warn(fmt::format(
-        "the pattern of --material {} is finer than the mesh: the colour jumps along {:.0f} % of "
-        "the edges, and dots will be seen instead of bands; give a --resolution higher than {}, or "
-        "a --material with a broader pattern",
-        to_string(arguments.material), 100 * written.abrupt_share, options.resolution));
+    session.console.warn(
+        fmt::format("the pattern of --material {} is finer than the mesh: the colour jumps along "
+                    "{:.0f} % of the edges, so it will show dots instead of bands; give a "
+                    "--resolution higher than {}, or a --material with a broader pattern",
+                    to_string(arguments.material), 100 * written.abrupt_share, options.resolution));
   }
   if (report.trusted_share > 0) {
     session.console.detail(to_text(LookupReport{report.nodes, report.trusted_share, 0}));

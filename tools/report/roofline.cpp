@@ -20,7 +20,7 @@ Plot roofline(const ProfileReport& report) {
   for (const KernelFigures& f : report.kernels) {
     if (!f.slots || !f.memory_bytes || !f.share_of_limit) continue;
     kernels.x.push_back(*f.slots / *f.memory_bytes);
-    // Beside the limits of its own runs it reached this share, and beside these the same.
+    // It reached this share of the limits of its own runs, and is drawn at the same share of these.
     kernels.y.push_back(*f.share_of_limit * roof * std::min(1.0, kernels.x.back() / ridge));
     kernels.names.push_back(
         fmt::format("{}, n = {}: {:.0f} %", f.kernel, f.iterations, 100 * *f.share_of_limit));

@@ -1,5 +1,6 @@
-// The view of host/picture/view.cpp, in map coordinates; rows count upwards here. Where the camera has no distance of
-// its own, it stands where it sees a box from every azimuth alike, so that what turns neither grows nor moves.
+// The view of host/picture/view.cpp, in map coordinates; rows count upwards here. Where the camera
+// has no distance of its own, it stands so far away that a box fits from every azimuth, so that a
+// set that turns neither grows nor moves.
 import { toMap } from "./map.js";
 import { across, axisOf, inner, plus, times, unit } from "./vectors.js";
 

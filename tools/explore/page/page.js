@@ -95,7 +95,7 @@ byId("savers").append(
   button("Copy as command", "The qjulia render line that makes this picture", () => copy(renderCommand(canvas.width, canvas.height))),
   button("Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
   button("Copy link", "This page with all that is set: a link is a shape", () => copy(location.href)),
-  button("Save picture", "A file of the size that you give", savePictureAsAsked),
+  button("Save picture", "A picture file whose size you choose", savePictureAsAsked),
   button("Save map", "The map with its knobs turned, as a file for qjulia", async () => {
     const text = await renderer.mapFile();
     if (text) saveMap(text);

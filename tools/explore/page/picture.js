@@ -52,7 +52,7 @@ function apart(values, gap) {
   return pools.flatMap(({ mean, count }) => Array(count).fill(mean)).map((mean, i) => mean + gap * i);
 }
 
-let spread = { key: "", values: even };  // of what the material shows: an equal share of the palette lies between each two
+let spread = { key: "", values: even };  // values of the material that divide the palette into equal parts
 
 /** So that each part of the palette is seen about as much when material, iterations or knobs change; the camera changes
  * nothing. host/picture/material_range.cpp. */

@@ -1,4 +1,5 @@
-// Has browsers show the page, and that it draws, before they compile shaders and make grids, which keeps them busy.
+// Lets browsers show the page, and that it is drawing, before they compile shaders and make grids,
+// which blocks them.
 
 /** Comes true when the page has been shown; where it is in the background, soon. */
 export const isSeen = new Promise((resolve) => {

@@ -1,5 +1,5 @@
 #pragma once
-/// Catch2 3 where there is Catch2 2, such as in Debian 12: the names of version 3 that tests use.
+/// The names of Catch2 3 that tests use, defined for Catch2 2, which Debian 12 has.
 
 #include <catch2/catch.hpp>
 
