@@ -6,12 +6,6 @@
 
 namespace qjulia::profiling {
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 Interval interval_of_median(std::vector<double> values) {
   std::ranges::sort(values);
   const std::size_t n = values.size();

@@ -5,9 +5,6 @@
 
 namespace qjulia::profiling {
 
-/// The value in the middle; of an even number, the higher of two. @param values at least one.
-double median(std::vector<double> values);
-
 struct Interval {
   double low = 0;
   double middle = 0;  ///< the median; of an even number of values, the geometric mean of two

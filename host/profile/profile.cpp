@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/median.hpp"
 #include "base/range_check.hpp"
 #include "profile/interval.hpp"
 #include "profile/jobs.hpp"
@@ -158,10 +159,10 @@ class Bench {
       }
       wall.push_back(runs.all[i].wall);
     }
-    f.median_seconds = median(f.run_seconds);
+    f.median_seconds = base::median(f.run_seconds);
     f.min_seconds = std::ranges::min(f.run_seconds);
     f.max_seconds = std::ranges::max(f.run_seconds);
-    f.wall_seconds = median(std::move(wall));
+    f.wall_seconds = base::median(std::move(wall));
     return f;
   }
 
@@ -293,7 +294,7 @@ std::optional<double> KernelFigures::processors() const {
   for (std::size_t i = 0; i < run_seconds.size(); ++i) {
     ratios.push_back(run_cpu_seconds[i] / run_seconds[i]);
   }
-  return median(std::move(ratios));
+  return base::median(std::move(ratios));
 }
 
 void ProfileOptions::validate() const {

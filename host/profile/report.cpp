@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/median.hpp"
 #include "base/text.hpp"
 #include "profile/interval.hpp"
 #include "profile/json_values.hpp"
@@ -64,8 +65,9 @@ nlohmann::json to_json(const KernelFigures& f) {
       {"max_seconds", f.max_seconds},
       {"spread", f.spread()},
       {"wall_seconds", f.wall_seconds},
-      {"median_cpu_seconds", f.run_cpu_seconds.empty() ? nlohmann::json(nullptr)
-                                                       : nlohmann::json(median(f.run_cpu_seconds))},
+      {"median_cpu_seconds", f.run_cpu_seconds.empty()
+                                 ? nlohmann::json(nullptr)
+                                 : nlohmann::json(base::median(f.run_cpu_seconds))},
       {"processors", or_null(f.processors())},
       {"executed_factor_iterations", or_null(f.executed_factor_iterations)},
       {"pairs_per_second", or_null(f.pairs_per_second)},

@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "base/median.hpp"
 #include "device/quirks.hpp"
 #include "profile/interval.hpp"
 #include "profile/workload.hpp"
@@ -121,7 +122,7 @@ std::string to_csv(const GridReport& report) {
       text += fmt::format("{},{},0,,,,,\"{}\"\n", t.job, t.samples, words);
       continue;
     }
-    const double middle = median(t.seconds), low = std::ranges::min(t.seconds),
+    const double middle = base::median(t.seconds), low = std::ranges::min(t.seconds),
                  high = std::ranges::max(t.seconds);
     text += fmt::format("{},{},{},{:.6g},{:.6g},{:.6g},{:.4f},\n", t.job, t.samples,
                         t.seconds.size(), middle, low, high, (high - low) / middle);

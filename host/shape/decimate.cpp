@@ -55,7 +55,7 @@ constexpr double kMeasureSlack = 0.02;
 /// farther apart.
 constexpr double kVertexShare = 0.7;
 /// Number of decimations with an error; four are usual.
-constexpr int kMostTries = 12;
+constexpr int kMostDecimations = 12;
 
 /// Ends the decimation when a stop is asked for.
 class StopObserver : public OpenMesh::Decimater::Observer {
@@ -362,7 +362,7 @@ Measured decimated_within_error(TriangleMesh mesh, DecimateOptions options, Fixe
   const shape::TriangleTree before(mesh, stop);
   options.error = kVertexShare * error;
   fixed.held.resize(mesh.vertices.size());
-  for (int i = 0; i < kMostTries; ++i) {
+  for (int i = 0; i < kMostDecimations; ++i) {
     Collapsed result = decimated_at_once(mesh, options, fixed, stop);
     const MiddleDistances back = middle_distances(result.mesh, before, error, stop);
     const MiddleDistances there =

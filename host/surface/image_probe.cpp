@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/median.hpp"
+
 namespace qjulia::surface {
 namespace {
 
@@ -41,12 +43,6 @@ Point4 image_of(double f, const std::array<float, 4>& u) {
   Point4 p{};
   std::ranges::transform(u, p.begin(), [scale = std::exp(f)](float c) { return scale * c; });
   return p;
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 template <std::size_t kOutputs, class Take>
@@ -132,7 +128,7 @@ double first_stretch(const map::DeviceMap& map, const std::stop_token& stop) {
   base::Random random(1);
   std::vector<double> stretches =
       ImageProbe(map, stop).first_images(kStretchProbes, random).stretches;
-  return stretches.empty() ? 1 : std::max(median(stretches), 1.0);
+  return stretches.empty() ? 1 : std::max(base::median(stretches), 1.0);
 }
 
 }  // namespace qjulia::surface

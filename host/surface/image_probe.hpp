@@ -21,9 +21,6 @@ double distance(const Point4& a, const Point4& b);
 /// The point e^f u.
 Point4 image_of(double f, const std::array<float, 4>& u);
 
-/// The median. @param values at least one; they are reordered.
-double median(std::vector<double>& values);
-
 class ImageProbe {
  public:
   ImageProbe(const map::DeviceMap& map, const std::stop_token& stop) : map_(map), stop_(stop) {}

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/median.hpp"
 #include "device/point_batch.hpp"
 #include "layout/image_table.h"
 #include "surface/image_probe.hpp"
@@ -383,8 +384,8 @@ void ImageTable::measure(const map::DeviceMap& map, const std::stop_token& stop)
   for (std::size_t i = 0; i < found.size(); ++i) {
     errors.push_back(distance(second.images[i], found[i]));
   }
-  stretch_ = std::max(median(stretches), 1.0);
-  displacement_ = median(errors) / (std::max(median(first_stretches), 1.0) * stretch_);
+  stretch_ = std::max(base::median(stretches), 1.0);
+  displacement_ = base::median(errors) / (std::max(base::median(first_stretches), 1.0) * stretch_);
 }
 
 bool ImageTable::is_finest() const { return step_ <= kFinestStep; }

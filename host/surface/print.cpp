@@ -37,7 +37,7 @@ constexpr double kFirstRadius = 0.52;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.1;
 /// The most that it grows by if walls are thick enough, but not with so few triangles.
 constexpr double kMostGrowthForTriangles = 1.3;
-constexpr int kMostTries = 6;
+constexpr int kMostPrintSteps = 6;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
 /// Coarser triangles make walls thinner; walls are made thicker by this factor beforehand.
@@ -321,7 +321,7 @@ class PrintJob {
         thinnest = made.report.thinnest;
         most = kMostGrowthForTriangles;
       }
-      if (i == kMostTries) break;
+      if (i == kMostPrintSteps) break;
       radius = radius == 0 ? kFirstRadius * wanted_
                            : radius * std::clamp(wanted_ / thinnest, kLeastGrowth, most);
       make_solid(body, radius, plane);
@@ -329,7 +329,7 @@ class PrintJob {
     throw Error(fmt::format(
         "a hundredth of the surface stays thinner than {:.4g} after {} tries, and a wall of {} was "
         "asked for; {}{}ask for a thinner wall or a larger print",
-        thinnest, kMostTries, wall_,
+        thinnest, kMostPrintSteps, wall_,
         options_.flat_foot
             ? "cut the foot at another height, since it also cuts thickened walls, or "
             : "",
@@ -355,7 +355,7 @@ class PrintJob {
 
   /// Cuts a foot of that height off, if any, and puts balls of that radius into thin walls.
   void make_solid(Body& body, double radius, std::optional<double> foot) {
-    const int most = (wall_ > 0 ? kMostTries : 1) + (options_.flat_foot ? 1 : 0);
+    const int most = (wall_ > 0 ? kMostPrintSteps : 1) + (options_.flat_foot ? 1 : 0);
     ++steps_;
     ProgressMonitor monitor = monitor_;
     monitor.on_progress = [&](Progress progress) {
