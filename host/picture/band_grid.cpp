@@ -236,7 +236,9 @@ std::vector<float> BandGrid::ways_inside(const std::vector<Eigen::Vector3d>& poi
 
 std::vector<Eigen::Vector3d> BandGrid::outline() {
   if (is_empty_) return {};
-  const std::vector<float>& f = values();
+  // What was left out since then counts as before: no outline depends on what was drawn first.
+  std::vector<float> f = values();
+  for (const auto& [number, value] : left_out_) f[number] = value;
   const auto is_inside = [&](std::size_t number) { return f[number] < 0; };
   const std::vector<bool> counts = map_.has_portals() ? std::vector<bool>(f.size(), true)
                                                       : large_bodies(grid_.points, is_inside);
@@ -303,7 +305,9 @@ void BandGrid::look_finer(surface::LoosePlaces& places, int finer,
 void BandGrid::leave_out(const surface::LoosePlaces& places) {
   values();
   surface::for_points(grid_.points, [&](std::size_t number, const Eigen::Vector3i& index) {
-    if (values_[number] < 0 && places.holds(grid_.point(index))) values_[number] = 1;
+    if (!(values_[number] < 0) || !places.holds(grid_.point(index))) return;
+    left_out_.emplace_back(number, values_[number]);
+    values_[number] = 1;
   });
 }
 

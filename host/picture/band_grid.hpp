@@ -98,6 +98,7 @@ class BandGrid {
   double deepest_;             ///< few orbits are asked for where the safe step is less
   std::shared_ptr<const surface::OrbitLookup> lookup_;
   std::vector<float> values_;  ///< as `values` has them, once it was called
+  std::vector<std::pair<std::size_t, float>> left_out_;  ///< numbers and values before
   device::RealBuffer layout_, safe_, sent_values_;
   device::Kernel grid_depth_;
 };

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "canvas/cairo_canvas.hpp"
+#include "picture/framing.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/shape.hpp"
@@ -139,7 +140,7 @@ Image comparison(const Device& device, const Map& map, const TriangleMesh& mesh,
   if (!standing.camera.up) standing.camera.up = map.frame.up.value_or(kDefaultUp);
   Studio studio(device, framed, standing, monitor.stop);
   const std::vector<Eigen::Vector3d> of_mesh =
-      options.box ? std::vector<Eigen::Vector3d>{} : mesh.vertices;
+      options.box ? std::vector<Eigen::Vector3d>{} : picture::extremes(mesh.vertices, monitor.stop);
   standing.camera = studio.aimed(std::span(&standing.camera, 1), of_mesh).front();
   PictureOptions potential = standing;
   potential.iterations = 1;

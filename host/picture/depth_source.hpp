@@ -62,6 +62,7 @@ class DepthSource {
   virtual std::vector<float> depths_beyond(const View& /*view*/,
                                            const std::vector<PassingRay>& rays) {
     std::vector<float> depths;
+    depths.reserve(rays.size());
     for (const PassingRay& ray : rays) depths.push_back(ray.until);
     return depths;
   }

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "picture/view.hpp"
+#include "qjulia/progress.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -135,12 +136,13 @@ bool looks_alike(const Camera& a, const Camera& b) {
 
 }  // namespace
 
-std::vector<Vector3d> extremes(const std::vector<Vector3d>& points) {
+std::vector<Vector3d> extremes(const std::vector<Vector3d>& points, const std::stop_token& stop) {
   if (points.empty()) return {};
   const Points all = matrix_of(points);
   std::vector<Eigen::Index> numbers;
   // A Fibonacci spiral.
   for (int i = 0; i < kDirections; ++i) {
+    throw_if_stopped(stop);
     const double z = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - z * z);
     const double around = std::numbers::pi * (1 + std::sqrt(5.0)) * i;
     Eigen::Index farthest = 0;
@@ -150,6 +152,7 @@ std::vector<Vector3d> extremes(const std::vector<Vector3d>& points) {
   std::ranges::sort(numbers);
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   std::vector<Vector3d> found;
+  found.reserve(numbers.size());
   for (const Eigen::Index i : numbers) found.push_back(points[static_cast<std::size_t>(i)]);
   return found;
 }

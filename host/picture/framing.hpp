@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "qjulia/picture.hpp"
@@ -11,7 +12,8 @@ namespace qjulia::picture {
 
 /// A few of the points, which reach as far in every direction as all of them, to 1 % of their
 /// extent.
-std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points);
+std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points,
+                                      const std::stop_token& stop = {});
 
 /// `Studio::aimed`, for cameras that say what is up.
 /// @param outline of what is framed, not empty, in the cameras' units. @param aspect of the

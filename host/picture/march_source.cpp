@@ -241,10 +241,12 @@ class MarchSource : public DepthSource {
 
   std::vector<bool> blocked(const View& light, const View& seen_by,
                             const std::vector<LightRay>& asked) override {
+    if (asked.empty()) return {};  // of an empty set there is nothing to look up
     View view = light;
     view.footprint = seen_by.footprint;
     view.tolerance = seen_by.tolerance;
     std::vector<Ray> rays;
+    rays.reserve(asked.size());
     for (const LightRay& ray : asked) rays.push_back({ray.x, ray.y, std::max(0.0F, ray.from)});
     std::vector<bool> found(rays.size());
     const auto near = static_cast<float>(seen_by.footprint * seen_by.samples);

@@ -33,7 +33,9 @@ double share_of(const MaterialRange& range, double trait) {
 double stratum_at(double way_inside) {
   // Depths at which the first ring ends, and at which half of the way to the core is done.
   constexpr double kRing = 0.012, kHalf = 0.06;
-  const double depth = std::max(way_inside, 0.0);
+  // Where F is -inf, points lie infinitely deep.
+  constexpr double kVeryDeep = 1e3;
+  const double depth = way_inside > 0 ? std::min(way_inside, kVeryDeep) : 0;
   const double core = depth / (depth + kHalf);
   const double ring = 0.5 + 0.5 * std::cos(2 * std::numbers::pi * std::log2(1 + depth / kRing));
   return std::clamp(0.8 - 0.65 * core + 0.35 * (ring - 0.5), 0.0, 1.0);

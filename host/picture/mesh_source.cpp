@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -42,7 +43,6 @@ class MeshSource : public DepthSource {
     });
 
     std::vector<double> nearest(index(0, rows, view.columns), kFar);
-    constexpr std::size_t kPolled = std::size_t{1} << 16;  // triangles between two polls
     std::size_t drawn = 0;
     for (const Triangle& triangle : mesh_.triangles) {
       if (drawn++ % kPolled == 0) throw_if_stopped(stop_);
@@ -73,18 +73,54 @@ class MeshSource : public DepthSource {
   Box bounds() const override { return mesh_.box(); }
 
   std::vector<Vector3d> outline() override {
-    if (!framed_) return extremes(mesh_.vertices);
+    if (!framed_) return extremes(mesh_.vertices, stop_);
     const double rounding = 1e-6 * framed_->diagonal();
     std::vector<Vector3d> within;
     std::ranges::copy_if(mesh_.vertices, std::back_inserter(within), [&](const Vector3d& p) {
       return (p.array() > framed_->low.array() - rounding).all() &&
              (p.array() < framed_->high.array() + rounding).all();
     });
-    return extremes(within);
+    // Large triangles may have no corner in the box.
+    const Box box{framed_->low.array() - rounding, framed_->high.array() + rounding};
+    const bool is_whole = within.size() == mesh_.vertices.size();
+    for (std::size_t i = 0; !is_whole && i < mesh_.triangles.size(); ++i) {
+      if (i % kPolled == 0) throw_if_stopped(stop_);
+      const std::vector<Vector3d> part = part_within(box, mesh_.triangles[i]);
+      within.insert(within.end(), part.begin(), part.end());
+    }
+    return extremes(within, stop_);
   }
 
  private:
   static constexpr double kFar = 1e300;
+  static constexpr std::size_t kPolled = std::size_t{1} << 16;  // triangles between two polls
+
+  /// The corners of what lies in a box of a triangle that reaches across the box's sides.
+  std::vector<Vector3d> part_within(const Box& box, const Triangle& triangle) const {
+    Eigen::AlignedBox3d around;
+    for (const std::uint32_t v : triangle) around.extend(mesh_.vertices[v]);
+    const bool is_beside = (around.min().array() > box.high.array()).any() ||
+                           (around.max().array() < box.low.array()).any();
+    const bool is_within = (around.min().array() >= box.low.array()).all() &&
+                           (around.max().array() <= box.high.array()).all();
+    if (is_beside || is_within) return {};
+    std::vector<Vector3d> polygon;
+    for (const std::uint32_t v : triangle) polygon.push_back(mesh_.vertices[v]);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      for (const double sign : {-1.0, 1.0}) {
+        const double most = sign > 0 ? box.high[axis] : -box.low[axis];
+        std::vector<Vector3d> kept;
+        for (std::size_t i = 0; i < polygon.size(); ++i) {
+          const Vector3d &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
+          const double a = sign * from[axis] - most, b = sign * to[axis] - most;
+          if (a <= 0) kept.push_back(from);
+          if ((a <= 0) != (b <= 0)) kept.emplace_back(from + a / (a - b) * (to - from));
+        }
+        polygon = std::move(kept);
+      }
+    }
+    return polygon;
+  }
 
   /// (1/s, x, y) of the polygon that is left of a triangle before the eye, given s (1, x, y).
   static std::vector<Vector3d> before_eye(const std::array<Vector3d, 3>& corners) {

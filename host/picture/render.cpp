@@ -412,8 +412,11 @@ Camera Studio::Impl::standing(Camera camera) const {
 const std::vector<Vector3d>& Studio::Impl::known_outline() {
   if (!outline.empty()) return outline;
   for (const Vector3d& point : source->outline()) outline.push_back(to_scene.to_shape(point));
-  if (outline.empty()) {
-    // Only the box is known.
+  Eigen::AlignedBox3d around;
+  for (const Vector3d& point : outline) around.extend(point);
+  if (outline.empty() || around.sizes().isZero(0)) {
+    // Only the box is known: a point alone would be looked at from within it.
+    outline.clear();
     const Eigen::AlignedBox3d box(to_scene.to_shape(framed.low), to_scene.to_shape(framed.high));
     for (int corner = 0; corner < 8; ++corner) {
       outline.emplace_back(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
@@ -500,6 +503,7 @@ std::vector<float> Studio::Impl::traits_of(const View& view, const Strip& strip)
       traits[seen.skin_numbers[i]] = static_cast<float>(share_of(range, double{found[i]}));
     }
   }
+  if (seen.faces.empty()) return traits;
   const std::vector<float> ways = source->ways_inside(seen.faces);
   for (std::size_t i = 0; i < ways.size(); ++i) {
     const auto stratum = static_cast<float>(stratum_at(double{ways[i]} / framed.diagonal()));
@@ -535,11 +539,13 @@ void Studio::Impl::draw(const View& view, const Light& key, const Shading& shadi
   Image& image = picture.image;
   const int samples = options.samples_per_axis;
   const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
+  // Near shadows look at the middles of the pixels beyond it, and a sample around each.
+  const int halo = std::max(kHalo, samples / 2 + 2);
   SpecklessDepths depths(*source, view);
   for (int row = 0; row < options.height; row += strip_rows) {
     const int rows = std::min(strip_rows, options.height - row);
-    const int from = std::max(0, row * samples - kHalo);
-    const int to = std::min(view.rows, (row + rows) * samples + kHalo);
+    const int from = std::max(0, row * samples - halo);
+    const int to = std::min(view.rows, (row + rows) * samples + halo);
     Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
     {
       const TraceStage stage(work.monitor.trace, "rays");

@@ -152,7 +152,7 @@ SpecklessDepths::SpecklessDepths(DepthSource& source, const View& view, std::siz
           std::max<std::size_t>(1, slab / static_cast<std::size_t>(view.columns)))),
       pixel_(view.footprint * view.samples),
       widest_(static_cast<int>(
-          std::min(source.largest_speck() / view.footprint, double(kMostWide) * view.samples))) {}
+          std::min(double(kMostWide) * view.samples, source.largest_speck() / view.footprint))) {}
 
 int SpecklessDepths::reach() const {
   const int of_pits = 2 * view_.samples;
@@ -160,6 +160,10 @@ int SpecklessDepths::reach() const {
 }
 
 void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
+  // As near to its end as a ray that does not come out is found to be: in close-ups rounding tells
+  // depths less apart than samples are wide.
+  const double rounding = 0x1p-21 * (view_.eye.norm() + source_.bounds().diagonal());
+  const double near = std::max(view_.footprint, rounding);
   std::unordered_set<std::size_t> tips;  // one sample of each island that is a tip
   for (int round = 0; round < kRounds; ++round) {
     std::vector<SampleGroup> found = islands(grid, kGap * pixel_, widest_);
@@ -184,7 +188,7 @@ void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
       bool is_tip = false;
       for (; ray < first + group.size(); ++ray) {
         const double from_until = double{beyond[ray]} - double{rays[ray].until};
-        is_tip = is_tip || std::abs(from_until) <= view_.footprint;
+        is_tip = is_tip || std::abs(from_until) <= near;
       }
       if (is_tip) {
         tips.insert(group.front());
@@ -195,15 +199,43 @@ void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
   }
 }
 
+std::vector<float> SpecklessDepths::source_rows(int first, int last) const {
+  std::vector<float> depths;
+  depths.reserve(index(0, last - first, view_.columns));
+  int row = first;
+  const int known_to = source_from_ + static_cast<int>(source_known_.size() /
+                                                       static_cast<std::size_t>(view_.columns));
+  if (source_from_ <= first && first < known_to) {
+    row = std::min(last, known_to);
+    const auto at = [&](int of) {
+      return source_known_.begin() +
+             static_cast<std::ptrdiff_t>(index(0, of - source_from_, view_.columns));
+    };
+    depths.assign(at(first), at(row));
+  }
+  while (row < last) {
+    const int count = std::min(rows_at_once_, last - row);
+    const std::vector<float> found = source_.depths(view_, row, count);
+    depths.insert(depths.end(), found.begin(), found.end());
+    row += count;
+  }
+  return depths;
+}
+
 void SpecklessDepths::compute(int first, int count) {
   const int from = std::max(0, first - reach());
   const int to = std::min(view_.rows, first + count + reach());
-  DepthGrid grid{view_.columns, to - from, source_.depths(view_, from, to - from)};
+  DepthGrid grid{view_.columns, to - from, source_rows(from, to)};
+  source_known_.clear();
+  if (first + count < view_.rows) source_known_ = grid.depths;
+  source_from_ = from;
   if (widest_ > 0) leave_out_islands(grid, from);
-  const DepthGrid before = grid;
-  for (const SampleGroup& pit : pits(before, kDeep * pixel_, 2 * view_.samples - 1)) {
-    const float rim = rim_of(before, pit);
-    for (const std::size_t sample : pit) grid.depths[sample] = rim;
+  const std::vector<SampleGroup> found = pits(grid, kDeep * pixel_, 2 * view_.samples - 1);
+  std::vector<float> rims;  // before any pit is filled
+  rims.reserve(found.size());
+  for (const SampleGroup& pit : found) rims.push_back(rim_of(grid, pit));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (const std::size_t sample : found[i]) grid.depths[sample] = rims[i];
   }
   const auto begin =
       grid.depths.begin() + static_cast<std::ptrdiff_t>(index(0, first - from, view_.columns));

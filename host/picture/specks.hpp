@@ -40,6 +40,8 @@ class SpecklessDepths {
   /// How far to each side of a sample its depth depends on others.
   int reach() const;
   void compute(int first, int count);
+  /// The source's depths from row `first` to before row `last`.
+  std::vector<float> source_rows(int first, int last) const;
   void leave_out_islands(DepthGrid& grid, int first_row) const;
 
   DepthSource& source_;
@@ -49,6 +51,8 @@ class SpecklessDepths {
   int widest_;    ///< specks, in samples
   int from_ = 0;  ///< the first row of `known_`
   std::vector<float> known_;
+  int source_from_ = 0;              ///< the first row of `source_known_`
+  std::vector<float> source_known_;  ///< what the source gave last: slabs look beyond their rows
 };
 
 /// All depths of a view.

@@ -402,8 +402,10 @@ TEST_CASE("shadows on the ground are soft, without hatching, and nowhere black")
   const Device device = test::shared_device();
   const TriangleMesh sphere = shapes::sphere(4);
   const PictureOptions options = test::picture_of(320, 240);
-  const auto [image, layers] =
+  const LayeredImage drawn =
       Studio(device, sphere, sphere.box(), options).layered_picture(options.camera);
+  const auto& image = drawn.image;
+  const auto& layers = drawn.layers;
   const auto brightness = [&](int column, int row) {
     const std::uint8_t* rgb = &image.pixels[3 * static_cast<std::size_t>(row * 320 + column)];
     return (rgb[0] + rgb[1] + rgb[2]) / 3.0;

@@ -514,6 +514,23 @@ TEST_CASE("a rasterised triangle has the depths of its plane, in both kinds of v
   }
 }
 
+TEST_CASE("what of a mesh is framed reaches as far as the box where triangles go on beyond it") {
+  TriangleMesh mesh;
+  mesh.vertices = {{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}, {0.5, 0, 0}, {0.5, 0, 5}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 2, 5}};
+  const auto source = picture::mesh_source(mesh, {}, Box{{-1, -2, -1}, {1, 2, 3}});
+  Eigen::AlignedBox3d around;
+  for (const Vector3d& point : source->outline()) around.extend(point);
+  CHECK((around.min() - Vector3d(-1, -2, 0)).norm() < 1e-4);
+  CHECK((around.max() - Vector3d(1, 2, 3)).norm() < 1e-4);
+}
+
+TEST_CASE("strata of points that lie infinitely deep are those of the core") {
+  const double core = picture::stratum_at(std::numeric_limits<double>::infinity());
+  CHECK(core >= 0);
+  CHECK(core < 0.4);
+}
+
 TEST_CASE("depth grids tell smooth pixels from edges") {
   picture::DepthGrid grid{5, 5, {}};
   for (int j = 0; j < 5; ++j) {
