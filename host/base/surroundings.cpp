@@ -185,11 +185,9 @@ void add_drivers(const fs::path& root, std::vector<Finding>& found) {
 void add_libraries(const fs::path& root, std::vector<Finding>& found) {
   for (const fs::path& file : driver_files(driver_list(root))) {
     const std::string library = library_of(file);
-    void* const loaded = ::dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL);
-    if (loaded != nullptr) {
-      ::dlclose(loaded);
-      continue;
-    }
+    // It stays loaded: PoCL registers its options with LLVM, which outlives it, and a second time
+    // LLVM ends the process.
+    if (::dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL) != nullptr) continue;
     const char* const problem = ::dlerror();
     found.push_back(
         {"library", file.string(),

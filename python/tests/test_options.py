@@ -29,6 +29,7 @@ LOOK = {
     "elevation": 20,
     "zoom": 1.25,
     "look_at": (0, 0.1, 0),
+    "distance": 9,
     "frame": BOX,
     "field_of_view": 40,
     "up": "y",
@@ -79,6 +80,11 @@ class Calls:
         path = self.folder / name
         self.mesh.save(path, **options)
         return path.read_bytes()
+
+    def mesh_file(self):
+        path = self.folder / "mesh.ply"
+        self.mesh.save(path)
+        return path
 
     def saved_picture(self, **options):
         path = self.folder / "picture.png"
@@ -177,6 +183,7 @@ class Calls:
                     }
                 ],
             ),
+            "read_mesh": (lambda **k: qjulia.read_mesh(self.mesh_file(), **k), [{"return_index": True}]),
             "Map.portals": (lambda **k: map.portals(1, **k), [{**hear, "size": 0.2, "mask": "none"}]),
             "render": (
                 lambda **k: qjulia.render(map, **{"size": (8, 6), **k}),

@@ -37,7 +37,7 @@ const ProfileReport& measured() {
   return made;
 }
 
-const KernelFigures& figures(const std::string& kernel, int n) {
+const KernelFigures& figures(std::string_view kernel, int n) {
   const auto found = std::ranges::find_if(
       measured().kernels, [&](const auto& f) { return f.kernel == kernel && f.iterations == n; });
   REQUIRE(found != measured().kernels.end());

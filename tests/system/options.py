@@ -45,6 +45,7 @@ SHARED = {
     "--azimuth": "40",
     "--elevation": "20",
     "--zoom": "1.25",
+    "--distance": "9",
     "--look-at": "0 0.1 0",
     "--frame": "-1.5 -1.5 -1.5 1.5 1.5 1.5",
     "--field-of-view": "40",
@@ -247,7 +248,7 @@ RUNS = {
     "surface": [
         Run("f.qjulia.json", {"--output": "k.ply", "--resolution": "16", "--refine": "4", "--draft": None,
                               "--keep-loose": None, "--material": "trap", "--palette": "102030,405060",
-                              "--range": "0 1"}),
+                              "--range": "0 1", "--range-between": "0.2,0.5"}),
         Run("f.qjulia.json", {"--output": "m.glb", "--resolution": "16", "--metres": "0.2", "--no-map": None,
                               "--dense": None, "--largest-component": None}),
         Run("f.qjulia.json", {"--output": "h.3mf", "--resolution": "16", "--height": "40", "--flat-foot": "1",
@@ -259,6 +260,7 @@ RUNS = {
     "render": [
         Run("f.qjulia.json", {"--output": "k.png", "--samples": "1", "--cut": "z=90%", "--material": "groove",
                               "--palette": "102030,405060", "--lamp": "10 20 1.5", "--range": "0 1",
+                              "--range-between": "0.2,0.5",
                               "--background": "ff8000", "--no-ground": None, "--keep-loose": None,
                               "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},
             {"--cut": lambda done, value: next(values_of("cuts", done.json)) == [

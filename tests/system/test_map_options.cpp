@@ -239,11 +239,6 @@ TEST_CASE("portals are put on a map, told by info, and moved by convert; wrong o
       run_command({"portals", map.file, "-o", moved, "--size", "0.9", "--device", "cpu"});
   CHECK(too_large.exit_code == 2);
   CHECK_THAT(too_large.err, ContainsSubstring("--size"));
-  const auto nowhere =
-      run_command({"portals", map.file, "-o", moved, "--size", "0.6", "--device", "cpu"});
-  CHECK(nowhere.exit_code == 2);
-  CHECK_THAT(nowhere.err, ContainsSubstring("--size: there is no place for a copy of 0.6") &&
-                              ContainsSubstring("give a smaller size, such as 0.3"));
 }
 
 TEST_CASE("a paint is put on a map, told by info, and refused where it cannot be drawn") {

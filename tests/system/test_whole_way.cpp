@@ -287,7 +287,7 @@ TEST_CASE("a sweep gives a sheet and a numbered picture for each value") {
   REQUIRE(result.exit_code == 0);
   const json values = json::parse(result.out)["made_with"]["sweep"]["values"];
   REQUIRE(values.size() == 3);
-  CHECK(values[1].get<double>() == Catch::Approx(0.015));
+  CHECK(values[1].get<double>() == Catch::Approx(std::sqrt(0.01 * 0.02)));
   const qjulia::Image first = qjulia::test::read_png(folder / "sheet_001.png");
   CHECK(first.width == 40);
   CHECK(first.height == 30);

@@ -443,7 +443,9 @@ Command CommandLine::add_command(const std::string& name, const std::string& des
   return {command, notes_.get()};
 }
 
-void CommandLine::version(const std::string& text) { app_->set_version_flag("--version", text); }
+void CommandLine::version(std::function<std::string()> text) {
+  app_->set_version_flag("--version", std::move(text));
+}
 
 std::string CommandLine::help() const { return app_->help(); }
 

@@ -148,8 +148,9 @@ class CommandLine {
   /// The program's own options.
   Command root() const;
   Command add_command(const std::string& name, const std::string& description);
-  /// Adds --version.
-  void version(const std::string& text);
+  /// Adds --version. @param text is asked for only where the option is given: it may load
+  /// libraries.
+  void version(std::function<std::string()> text);
   std::string help() const;
   /// All of it as data.
   ProgramUsage usage() const;
