@@ -265,6 +265,8 @@ RUNS = {
                               "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},
             {"--cut": lambda done, value: next(values_of("cuts", done.json)) == [
                 {"axis": "z", "at": 90, "unit": "percent"}],
+             "--range": lambda done, value: next(values_of("range", done.json))[::3] == [0, 1],
+             "--range-between": lambda done, value: next(values_of("range", done.json))[1:3] == [0.2, 0.5],
              "--no-ground": lambda done, value: next(values_of("ground", done.json)) is False,
              "--size": lambda done, value: (done.json["width"], done.json["height"]) == (16, 12),
              "--aov": lambda done, value: len(done.json["layers"]) == 5,
@@ -370,7 +372,7 @@ def toml_of(table, mesh):
 
 # What a picture's request may say, besides the knobs and the camera, which have the values of options.
 VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "cut-x": "90", "cut-y": "90", "cut-z": "90",
-        "material": "trap", "palette": "ice", "lamp": "10,20,1.5"}
+        "material": "trap", "palette": "ice", "lamp": "10,20,1.5", "background": "ff8000", "steady": "1"}
 # Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below"}
 MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}
