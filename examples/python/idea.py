@@ -14,6 +14,7 @@ import qjulia
 
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
+from matplotlib.patches import Circle  # noqa: E402
 
 INSIDE, OUTSIDE = "#3a6ea5", "#c0504d"
 
@@ -77,7 +78,7 @@ shown = np.minimum(distance, 2.5 * radius)
 axes.scatter(
     shown * np.cos(angle), shown * np.sin(angle), s=1.5, c=np.where(distance < radius, INSIDE, OUTSIDE)
 )
-axes.add_patch(pyplot.Circle((0, 0), radius, fill=False, color="black", linewidth=2))
+axes.add_patch(Circle((0, 0), radius, fill=False, color="black", linewidth=2))
 axes.set_aspect("equal")
 
 panel(5, "the set").imshow(qjulia.render(map, size=size))
