@@ -102,7 +102,7 @@ TEST_CASE("warnings say what is wrong with the map, and where") {
                             Catch::Matchers::ContainsSubstring("near (14, "));
   CHECK(said(0.95).empty());
   const std::string plain = said(0.5);
-  poor.layers.steepness = 4;  // of what lies outside: the surface stays
+  poor.layers.steepness = 4;  // the field is steeper outside; the surface stays
   CHECK(said(0.5) == plain);
 
   // A pole where the deepest point is: no calibration.

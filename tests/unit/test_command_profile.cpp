@@ -109,7 +109,8 @@ TEST_CASE("a command's share lies between those by the limits before and after i
   CHECK(to_json(unclear)["kernels"][0]["share_of_limit"].is_null());
 }
 
-TEST_CASE("a share of memory is of the device's seconds, and cannot be judged while others work") {
+TEST_CASE(
+    "a memory share uses the device's seconds and cannot be judged while other programs run") {
   const KernelWork copy{.bytes = 5e8};
   CHECK(*loaded(0, 1e10, copy).kernels[0].share_of_limit == Catch::Approx(0.5));
   CHECK(loaded(0.5, 1e10, copy).kernels[0].share_verdict == "not now");
