@@ -326,6 +326,9 @@ def surface():
     map.surface(512, device=device, on_progress=lambda *all: begun.set())
 
 
+# The end of Python stops what runs. A thread that reports this on standard error meanwhile ends Python itself with an
+# error, whatever the thread did.
+threading.excepthook = lambda *_: None
 threading.Thread(target={"fit": fit, "fields": fields, "surface": surface}[sys.argv[1]], daemon=True).start()
 if sys.argv[2] == "waits":
     threading.Thread(target=lambda: qjulia.render(map, device=device), daemon=True).start()
