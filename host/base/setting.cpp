@@ -1,13 +1,36 @@
 #include "qjulia/setting.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include "qjulia/error.hpp"
+#include <type_traits>
 
 namespace qjulia {
+namespace {
+
+template <class Value>
+std::optional<double> number_in(const Value* value) {
+  if constexpr (std::is_arithmetic_v<Value>) return static_cast<double>(*value);
+  return std::nullopt;
+}
+
+template <class Value>
+std::optional<double> number_in(const std::optional<Value>* value) {
+  return *value ? number_in(&**value) : std::nullopt;
+}
+
+std::optional<double> number_in(const DetailChoice* detail) {
+  const auto* const number = std::get_if<double>(detail);
+  return number != nullptr ? std::optional(*number) : std::nullopt;
+}
+
+std::optional<double> number_in(const Palette*) { return std::nullopt; }
+std::optional<double> number_in(const Lamp*) { return std::nullopt; }
+std::optional<double> number_in(const WordPlace&) { return std::nullopt; }
+
+}  // namespace
 
 const char* to_string(Interpolation interpolation) {
   switch (interpolation) {
@@ -29,16 +52,41 @@ std::string Setting::option() const {
   return text;
 }
 
+std::string Setting::values_text() const {
+  return values.empty() ? fmt::format("{}", fmt::join(words, "|")) : values;
+}
+
 std::string Setting::range_text() const {
-  if (std::isfinite(most)) return fmt::format("{} to {}", least, most);
-  if (!std::isfinite(least)) return "any number";
-  return least == 0 ? "0 or more" : "more than 0";
+  const bool is_above_zero = least == kAboveZero;
+  if (!std::isfinite(most)) {
+    if (!std::isfinite(least)) return "any number";
+    return is_above_zero ? "more than 0" : fmt::format("{} or more", least);
+  }
+  return is_above_zero ? fmt::format("a number above 0, up to {}", most)
+                       : fmt::format("{} to {}", least, most);
 }
 
 void Setting::expect_in_range(double value) const {
   if (value >= least && value <= most) return;
   throw InputError(fmt::format("{} is out of range; give {}{}{}", value, range_text(),
                                unit.empty() ? "" : " ", unit));
+}
+
+std::size_t Setting::index_of(std::string_view word) const {
+  const auto found = std::ranges::find(words, word);
+  if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
+  throw InputError(fmt::format("'{}' is not known; give one of: {}", word, fmt::join(words, ", ")));
+}
+
+void expect_in_range(const Setting& setting, const ValuePlace& place) {
+  const std::optional<double> number =
+      std::visit([](const auto& value) { return number_in(value); }, place);
+  if (!number) return;
+  try {
+    setting.expect_in_range(*number);
+  } catch (const InputError& error) {
+    throw OptionError(setting.name, error.what());
+  }
 }
 
 }  // namespace qjulia

@@ -2,6 +2,7 @@
 
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/radial_spread.hpp"
 #include "qjulia/surface.hpp"
 
 namespace qjulia {

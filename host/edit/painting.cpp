@@ -12,6 +12,7 @@
 #include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/paint_settings.hpp"
 #include "shape/mesh_report.hpp"
 #include "surface/level_set.hpp"
 
@@ -273,7 +274,7 @@ void expect_few(const char* field, std::size_t marks) {
 }  // namespace
 
 void PaintOptions::validate() const {
-  expect_share("elsewhere", elsewhere);
+  expect_in_ranges(paint_settings(), *this);
   if (ramp) {
     if (ramp->axis < 0 || ramp->axis > 2) throw OptionError("ramp", "its axis is none of 0, 1, 2");
     expect_share("ramp", ramp->low);
@@ -302,7 +303,6 @@ void PaintOptions::validate() const {
     shape::check_triangles(mesh->vertices, mesh->triangles);
     for (const float share : mesh->shares) expect_share("mesh", share);
   }
-  if (thickness) base::expect_between("thickness", *thickness, 0.01, 2.0, "of the shape's own");
 }
 
 Paint painted(const Device& device, const Map& map, const PaintOptions& options,

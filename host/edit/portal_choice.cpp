@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "base/range_check.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/portal_settings.hpp"
 #include "qjulia/surface.hpp"
 #include "surface/shortest_ways.hpp"
 
@@ -147,10 +147,7 @@ std::vector<Portal> with_room_for_copies(const std::vector<Portal>& portals) {
 
 }  // namespace
 
-void PortalOptions::validate() const {
-  base::expect_between("count", count, 1, 16);
-  base::expect_between("size", size, 0.02, 0.6, "of the shape's");
-}
+void PortalOptions::validate() const { expect_in_ranges(portal_settings(), *this); }
 
 std::vector<Portal> proposed_portals(const Device& device, const Map& map,
                                      const PortalOptions& options, const ProgressMonitor& monitor) {

@@ -8,16 +8,20 @@
 #include "base/random.hpp"
 #include "base/range_check.hpp"
 #include "exact/distance_grid.hpp"
+#include "exact/grid_cells.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/exact_settings.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/radial_spread.hpp"
 #include "qjulia/shape.hpp"
 #include "shape/make_shape.hpp"
 
 namespace qjulia {
-namespace {
 
-constexpr int kFewestGridCells = 32, kMostGridCells = 384;
+using exact::kMostGridCells;
+
+namespace {
 
 /// Roots of whole powers 2 … 13 at random points of the inside.
 /// @param distances of points, map units.
@@ -75,11 +79,7 @@ std::vector<Factor> moved(std::vector<Factor> factors, const ShapeToMap& from,
 }  // namespace
 
 void ExactMapOptions::validate() const {
-  base::expect_between("resolution", resolution, kFewestGridCells, kMostGridCells, "cells");
-  if (const auto* number = std::get_if<double>(&detail)) {
-    base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
-  }
-  base::expect_between("steepness", steepness, 1.0, kMostSteepness);
+  expect_in_ranges(exact_settings(), *this);
   if (const auto* random = std::get_if<RandomRoots>(&versor)) {
     base::expect_between("roots", random->roots, 1, RandomRoots::kMostRoots);
   } else if (const auto* noise = std::get_if<NoiseVersor>(&versor)) {

@@ -32,7 +32,7 @@ Clock start_clock(std::stop_token stop) {
 
 Budget::Budget(const FitOptions& options, int schedule_evaluations, double reserve, Clock clock)
     : clock_(std::move(clock)),
-      time_limit_(options.time_limit - reserve),
+      time_limit_(options.most_seconds() - reserve),
       most_evaluations_(options.max_evaluations.value_or(schedule_evaluations)),
       limited_by_caller_(options.max_evaluations.has_value()) {
   update();

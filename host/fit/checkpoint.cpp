@@ -11,9 +11,11 @@
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
+#include "base/setting_json.hpp"
 #include "fit/sample_weights.hpp"
 #include "fit/schedule.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/fit_settings.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/version.hpp"
 
@@ -59,14 +61,15 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
   if (options.weights) {
     for (const double weight : weights_at(options.weights, mesh.vertices)) weights_hash.add(weight);
   }
-  // Not the time limit: what is left of it differs from run to run.
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", version(),
-                     hash.text(), options.factors.value_or(0), options.max_factors,
-                     to_string(options.detail), options.seed, options.max_evaluations.value_or(0),
-                     static_cast<int>(options.unknowns), static_cast<int>(options.placement),
-                     static_cast<int>(options.precision), schedule_hash.text(), initial_hash.text(),
-                     weights_hash.text(), options.polish, options.sample_parts, device.info().name,
-                     device.info().driver_version, to_string(device.layout()),
+  nlohmann::json settings = nlohmann::json::object();
+  for (const FitSetting& setting : fit_settings()) {
+    if (setting.may_differ_on_resume) continue;
+    FitOptions read = options;
+    settings[setting.name] = base::value_json(setting, setting.place(read));
+  }
+  return fmt::format("{} {} {} {} {} {} {} {} {} {}", version(), hash.text(), settings.dump(),
+                     schedule_hash.text(), initial_hash.text(), weights_hash.text(),
+                     device.info().name, device.info().driver_version, to_string(device.layout()),
                      to_json(device.tuning(options.precision)).dump());
 }
 

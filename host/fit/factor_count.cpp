@@ -73,7 +73,7 @@ double stage_seconds(const StageTime& probe, double probed, double factors, cons
 }
 
 bool follows_time(const FitOptions& options, const Schedule& schedule) {
-  return std::isfinite(options.time_limit) && schedule.automatic.stages > 0;
+  return std::isfinite(options.most_seconds()) && schedule.automatic.stages > 0;
 }
 
 }  // namespace
@@ -96,7 +96,7 @@ int chosen_factors(const FitOptions& options, const Schedule& schedule,
         "it encloses a volume and has no small part far from the rest",
         places, kLeastFactors));
   }
-  const int most = std::min(options.max_factors, places);
+  const int most = std::min(options.max_factors.value_or(kMostChosenFactors), places);
   const Level& level = schedule.levels.front();
   const int evaluations = planned_evaluations(options, schedule);
   int factors = automatic.factors;

@@ -8,7 +8,8 @@
 
 namespace qjulia::fitting {
 
-constexpr int kLeastFactors = 8;
+constexpr int kLeastFactors = 8, kMostFactors = 20'000;
+constexpr int kMostChosenFactors = 1000;  ///< unless FitOptions::max_factors says otherwise
 
 /// Evaluations that a fit makes unless time ends it.
 int planned_evaluations(const FitOptions& options, const Schedule& schedule);

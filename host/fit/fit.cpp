@@ -9,15 +9,13 @@
 #include "fit/fit_run.hpp"
 #include "fit/schedule.hpp"
 #include "fit/team.hpp"
-#include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/fit_settings.hpp"
 
 namespace qjulia {
 
 using namespace fitting;
 namespace {
-
-constexpr int kMostFactors = 20'000;
 
 /// Checks a map to start from. @param factors the number asked for, if one is.
 void check_initial(const Map& map, const std::optional<int>& factors) {
@@ -38,25 +36,13 @@ void check_initial(const Map& map, const std::optional<int>& factors) {
 }  // namespace
 
 void FitOptions::validate() const {
-  if (factors) base::expect_between("factors", *factors, kLeastFactors, kMostFactors);
-  base::expect_between("max_factors", max_factors, kLeastFactors, kMostFactors);
-  if (const auto* number = std::get_if<double>(&detail)) {
-    base::expect_between("detail", *number, kLeastDetail, kMostDetail, "of the box's diagonal");
+  expect_in_ranges(fit_settings(), *this);
+  if (max_factors && factors) {
+    throw OptionError("max_factors",
+                      fmt::format("it bounds the number that 'auto' chooses, and {} factors are "
+                                  "asked for; leave out one of the two",
+                                  *factors));
   }
-  base::expect_between("steepness", steepness, 1.0, kMostSteepness);
-  if (!(time_limit > 0)) {
-    throw OptionError("time_limit",
-                      fmt::format("{} is out of range; give more than 0 seconds", time_limit));
-  }
-  if (max_evaluations) {
-    base::expect_between("max_evaluations", *max_evaluations, 1, std::numeric_limits<int>::max());
-  }
-  if (target_iou && !(*target_iou > 0 && *target_iou <= 1)) {
-    throw OptionError(
-        "target_iou",
-        fmt::format("{} is out of range; give a number above 0, up to 1", *target_iou));
-  }
-  base::expect_between("sample_parts", sample_parts, 1, 1024);
   schedule_of(*this);
   if (initial) check_initial(*initial, factors);
 }
@@ -156,7 +142,7 @@ FitResult fit(const Device& device, const TriangleMesh& mesh, const FitOptions& 
     own.observer.on_stage = {};
   }
   return team.run([&] {
-    own.time_limit = team.broadcast({options.time_limit}).front();
+    own.time_limit = team.broadcast({options.most_seconds()}).front();
     return FitRun(team, device, mesh, own, mine).whole();
   });
 }

@@ -14,6 +14,7 @@
 #include "fit/schedule.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/radial_spread.hpp"
 #include "shape/coarse_mesh.hpp"
 
 namespace qjulia::fitting {
@@ -133,7 +134,7 @@ void expect_room(const Device& device, const FitOptions& options, const Schedule
   for (const Level& level : schedule.levels) samples = std::max(samples, cells(level));
   const auto factors = static_cast<std::size_t>(options.factors.value_or(kLeastFactors));
   const energy::DeviceNeed need =
-      energy::device_need(samples / static_cast<std::size_t>(options.sample_parts), factors,
+      energy::device_need(samples / static_cast<std::size_t>(options.sample_parts.value()), factors,
                           device.tuning(options.precision), options.precision);
   const DeviceInfo& info = device.info();
   const bool fits = need.largest <= info.largest_allocation;
@@ -156,13 +157,14 @@ FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOp
     : options_(std::move(options)), monitor_(std::move(monitor)) {
   options_.validate();
   mesh.validate();
+  if (!options_.sample_parts) options_.sample_parts = team.size();
   expect_room(device, options_, schedule_of(options_));
   Clock clock = team.shared(start_clock(monitor_.stop));
   monitor_.report({"measuring the mesh", 0, -1, ""});
   const bool is_kept = !options_.checkpoint.empty();
   Checkpoint checkpoint(options_.checkpoint, is_kept ? fit_key(mesh, options_, device) : "");
   auto kept = checkpoint.state_in(team.broadcast_text(options_.resume ? checkpoint.read() : ""));
-  const double most = kept ? kept->most_triangles : most_triangles(options_.time_limit);
+  const double most = kept ? kept->most_triangles : most_triangles(options_.most_seconds());
   MeasuredShape measured = in_stage(monitor_, "measure the mesh", [&] {
     return measured_shape(device, mesh, most, monitor_.stop);
   });
@@ -193,7 +195,7 @@ FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOp
                               options_.up ? options_.up : guess_up(mesh)},
                  options_.weights, options_.precision, draw_stop);
   });
-  problem_.emplace(team, *own_, options_.sample_parts);
+  problem_.emplace(team, *own_, *options_.sample_parts);
 
   FitPlan plan{options_, std::move(schedule), std::move(budget), std::move(checkpoint), monitor_,
                most};

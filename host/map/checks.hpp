@@ -15,6 +15,9 @@
 
 namespace qjulia::map {
 
+/// Cells of a sampled field along any side.
+constexpr int kMostSampleCells = 8192;
+
 /// @throws InputError unless low <= value <= high; NaN never is. @param name in the map.
 template <class Number>
 void check_within(const std::string& name, Number value, std::type_identity_t<Number> low,

@@ -11,13 +11,13 @@
 #include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/sample_settings.hpp"
 
 namespace qjulia {
 
 using namespace map;
 namespace {
 
-constexpr int kMostSampleCells = 8192;
 constexpr double kBoxMargin = 0.05;  // about the box of shape and copies, of its longest side
 constexpr std::size_t kPiece = std::size_t{1} << 20U;
 
@@ -61,12 +61,7 @@ void check_grid(const CellGrid& grid) {
 }  // namespace
 
 void SampleOptions::validate() const {
-  base::expect_between("resolution", resolution, 1, kMostSampleCells, "cells");
-  base::expect_between("iterations", iterations, 1, kMostIterations);
-  if (escape && (!(*escape > 0) || *escape > kLargestEscape)) {
-    throw OptionError("escape", fmt::format("{} is out of range; give a positive radius up to {}",
-                                            *escape, kLargestEscape));
-  }
+  expect_in_ranges(sample_settings(), *this);
   map::expect_box(box);
 }
 

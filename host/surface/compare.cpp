@@ -9,6 +9,7 @@
 
 #include "base/range_check.hpp"
 #include "map/checks.hpp"
+#include "qjulia/compare_settings.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/shape.hpp"
@@ -21,7 +22,6 @@ namespace qjulia {
 using namespace surface;
 namespace {
 
-constexpr int kMostComparedCells = 1024;
 constexpr std::size_t kSurfaceSamples = 30000;
 constexpr std::uint64_t kSeed = 1;
 constexpr double kSharpness = 10;  // α
@@ -201,8 +201,7 @@ double slope_variation(const Device& device, Map map, std::vector<Eigen::Vector3
 }  // namespace
 
 void CompareOptions::validate() const {
-  base::expect_between("resolution", resolution, 8, kMostComparedCells, "cells");
-  base::expect_between("iterations", iterations, 1, kMostIterations);
+  expect_in_ranges(compare_settings(), *this);
   map::expect_box(box);
   if (limbs && box)
     throw OptionError("limbs", "they are counted of all the mesh; leave the box out");

@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
-#include "base/range_check.hpp"
 #include "qjulia/decimate.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/print_settings.hpp"
 #include "surface/cavity.hpp"
 #include "surface/marching_cubes.hpp"
 #include "surface/slab_distances.hpp"
@@ -440,15 +440,7 @@ class PrintJob {
 }  // namespace
 
 void PrintOptions::validate() const {
-  const auto expect = [](const char* name, const std::optional<double>& value) {
-    if (value) base::expect_positive(name, *value);
-  };
-  expect("height", height);
-  expect("longest", longest);
-  expect("min_wall", min_wall);
-  expect("flat_foot", flat_foot);
-  expect("shell", shell);
-  if (drain != 0) base::expect_positive("drain", drain);
+  expect_in_ranges(print_settings(), *this);
   if (max_triangles || max_error) DecimateOptions{max_triangles, max_error}.validate();
   if (height && longest) {
     throw InputError("height and longest contradict each other; give one of them");

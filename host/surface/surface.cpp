@@ -20,6 +20,7 @@
 #include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "qjulia/field.hpp"
+#include "qjulia/surface_settings.hpp"
 #include "surface/clear_box.hpp"
 #include "surface/level_set.hpp"
 #include "surface/marching_cubes.hpp"
@@ -32,8 +33,6 @@ namespace qjulia {
 using namespace surface;
 namespace {
 
-constexpr int kMostSurfaceCells = 8192;
-constexpr int kMostTriesAnEdge = 20;
 /// Tries for each vertex where n > 1, so that F_n jumps. At 320 cells, 1.3 % of a skull's area and
 /// 0.8 % of a bunny's are within 3° of facing an axis; 12 and 23 % without tries, 1.1 and 0.9 %
 /// with six.
@@ -232,9 +231,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
 }  // namespace
 
 void SurfaceOptions::validate() const {
-  base::expect_between("resolution", resolution, 2, kMostSurfaceCells, "cells");
-  base::expect_between("iterations", iterations, 1, kMostIterations);
-  if (refine) base::expect_between("refine", *refine, 0, kMostTriesAnEdge, "tries");
+  expect_in_ranges(surface_settings(), *this);
   map::expect_box(box);
   if (draft && dense) {
     throw InputError("draft and dense contradict each other; give one of them");

@@ -66,9 +66,9 @@ struct FitOptions {
   /// take time in proportion to them. Above 2,560 the preconditioner is diagonal, and each
   /// evaluation gains less.
   std::optional<int> factors;
-  /// The largest number that is chosen where `factors` gives none. Lower it where maps are to stay
-  /// small.
-  int max_factors = 1000;
+  /// The largest number that is chosen where `factors` gives none, 1000 by default. Lower it where
+  /// maps are to stay small.
+  std::optional<int> max_factors;
   /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.0001 … 0.1, or a
   /// word for one that suits the mesh: thin limbs bear less than a round body. Of a body, the set
   /// has but a grain below 0.005 and deep grooves from 0.05 on. Lower it where limbs are lost.
@@ -81,7 +81,7 @@ struct FitOptions {
   /// Seconds of the whole fit, or what a resumed one may add. Set it where a deadline matters more
   /// than the result: the levels of the schedule then share the time, and results differ from run
   /// to run. For results that repeat, limit evaluations.
-  double time_limit = std::numeric_limits<double>::infinity();
+  std::optional<double> time_limit;
   /// The most evaluations of energy and gradient; by default the schedule's own number. The levels
   /// share them, so that a hundred give a rough map of the same kind.
   std::optional<int> max_evaluations;
@@ -126,8 +126,8 @@ struct FitOptions {
   /// The energy is summed over the samples in this many equal parts, which ranks share. Sums are
   /// the same bits for the same number: set it to the largest number of ranks that a result is to
   /// be repeated on. Each part has its own rounding and its own launches, so that more than the
-  /// number of ranks only cost time.
-  int sample_parts = 1;
+  /// number of ranks only cost time. By default, that number.
+  std::optional<int> sample_parts;
   /// A file to keep the fit in while it is under way, rewritten at each stage's end and every 10 s:
   /// the caller removes it once the result is safe. Set it for fits that take minutes. Empty: none.
   std::filesystem::path checkpoint;
@@ -143,6 +143,10 @@ struct FitOptions {
   /// Set it to show a fit as it goes: a map for each stage takes some tenths of a second.
   FitObserver observer{};
 
+  /// `time_limit`, infinity where there is none.
+  double most_seconds() const {
+    return time_limit.value_or(std::numeric_limits<double>::infinity());
+  }
   void validate() const;  ///< @throws OptionError naming the field
 };
 

@@ -6,21 +6,13 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 
 #include "qjulia/knobs.hpp"
 #include "qjulia/setting.hpp"
 
 namespace qjulia {
 
-struct Knob : Setting {
-  /// Where its value stands; the type is the value's.
-  std::variant<std::optional<double> MapKnobs::*, std::optional<std::uint64_t> MapKnobs::*,
-               std::optional<Eigen::Vector3d> MapKnobs::*, std::optional<Quaternion> MapKnobs::*,
-               std::optional<Rotation> MapKnobs::*>
-      value;
-  /// Whether maps keep a value of this knob, which holds where the knob is left alone.
-  bool is_kept = false;
+struct Knob : SettingOf<MapKnobs> {
   /// Why the map does not bear the knob; empty where it does.
   std::function<std::string(const Map&)> why_not = [](const Map&) { return std::string(); };
   /// The largest value that this map bears.
@@ -28,7 +20,7 @@ struct Knob : Setting {
     return std::numeric_limits<double>::infinity();
   };
 
-  bool is_turned(const MapKnobs& knobs) const;
+  bool is_turned(MapKnobs knobs) const;
 };
 
 /// In the order in which `with_knobs` turns them.

@@ -141,8 +141,6 @@ std::string to_text(const LookupReport& report);
 
 /// Its name above.
 const char* to_string(Material material);
-/// All of them, clay first.
-std::span<const Material> materials();
 /// "studio", "plain", "transparent".
 const char* to_string(Backdrop backdrop);
 

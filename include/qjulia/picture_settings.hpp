@@ -3,24 +3,14 @@
 /// sweeps, requests, pages, provenance and the reference come from this table.
 
 #include <span>
-#include <string>
 #include <string_view>
-#include <variant>
 
 #include "qjulia/picture.hpp"
 #include "qjulia/setting.hpp"
 
 namespace qjulia {
 
-struct PictureSetting : Setting {
-  /// Where its value stands; the type is the value's.
-  std::variant<double& (*)(PictureOptions&), int& (*)(PictureOptions&),
-               std::optional<double>& (*)(PictureOptions&),
-               std::optional<Eigen::Vector3d>& (*)(PictureOptions&),
-               std::optional<Box>& (*)(PictureOptions&), Material& (*)(PictureOptions&),
-               Palette& (*)(PictureOptions&), Lamp& (*)(PictureOptions&),
-               std::optional<UpAxis>& (*)(PictureOptions&)>
-      value;
+struct PictureSetting : SettingOf<PictureOptions> {
   /// Whether it moves the camera and nothing else, so that a `Studio` stays as it is.
   bool is_of_camera = false;
 };
@@ -29,8 +19,5 @@ std::span<const PictureSetting> picture_settings();
 
 /// The setting whose member of the struct has this name. @throws InputError where there is none.
 const PictureSetting& picture_setting_named(std::string_view name);
-
-/// The material that `to_string` gives this name, else none.
-std::optional<Material> material_named(std::string_view name);
 
 }  // namespace qjulia

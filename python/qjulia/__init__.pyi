@@ -174,8 +174,9 @@ class Map:
         self,
         *,
         device: _Device = ...,
+        # knob_table
         detail: Optional[_Detail] = ...,
-        order_seed: Optional[int] = ...,
+        order_seed: Optional[SupportsIndex] = ...,
         phase: Optional[ArrayLike] = ...,
         slice: Optional[float] = ...,
         rotate: Optional[ArrayLike] = ...,
@@ -183,6 +184,7 @@ class Map:
         translate: Optional[ArrayLike] = ...,
         scale: Optional[float] = ...,
         steepness: Optional[float] = ...,
+        # end of knob_table
     ) -> Map: ...
     @overload
     def field(
@@ -252,10 +254,12 @@ class Map:
         *,
         device: _Device = ...,
         on_progress: _Progress = ...,
+        # sample_settings
         n: SupportsIndex = ...,
         box: Optional[ArrayLike] = ...,
         escape: Optional[float] = ...,
-        precision: _Precision = ...,
+        precision: Literal["single", "double"] = ...,
+        # end of sample_settings
     ) -> Tuple[NDArray[np.floating[Any]], _Doubles]: ...
     def surface(
         self,
@@ -263,24 +267,28 @@ class Map:
         *,
         device: _Device = ...,
         on_progress: _Progress = ...,
-        n: SupportsIndex = ...,
-        box: Optional[ArrayLike] = ...,
+        # surface_settings
+        refine: Optional[SupportsIndex] = ...,
         draft: bool = ...,
         dense: bool = ...,
-        refine: Optional[int] = ...,
-        keep_loose: bool = ...,
-        largest_component: bool = ...,
-        min_component: Optional[float] = ...,
-        max_triangles: Optional[int] = ...,
-        max_error: Optional[float] = ...,
+        n: SupportsIndex = ...,
+        box: Optional[ArrayLike] = ...,
+        escape: Optional[float] = ...,
+        precision: Literal["single", "double"] = ...,
+        # end of surface_settings
+        # print_settings
         height: Optional[float] = ...,
         longest: Optional[float] = ...,
+        max_triangles: Optional[SupportsIndex] = ...,
+        max_error: Optional[float] = ...,
         min_wall: Optional[float] = ...,
         flat_foot: Optional[float] = ...,
         shell: Optional[float] = ...,
         drain: float = ...,
-        escape: Optional[float] = ...,
-        precision: _Precision = ...,
+        # end of print_settings
+        keep_loose: bool = ...,
+        largest_component: bool = ...,
+        min_component: Optional[float] = ...,
     ) -> Surface: ...
     def surface_colors(
         self,
@@ -305,8 +313,10 @@ class Map:
         balls: Optional[ArrayLike] = ...,
         blocks: Optional[ArrayLike] = ...,
         ramp: Optional[Tuple[Literal["x", "y", "z"], float, float]] = ...,
+        # paint_settings
         thickness: Optional[float] = ...,
         elsewhere: float = ...,
+        # end of paint_settings
     ) -> Map: ...
     def portals(
         self,
@@ -314,8 +324,10 @@ class Map:
         *,
         device: _Device = ...,
         on_progress: _Progress = ...,
+        # portal_settings
         size: float = ...,
-        mask: Literal["outside", "inside", "none"] = ...,
+        mask: Literal["none", "outside", "inside"] = ...,
+        # end of portal_settings
     ) -> Map: ...
     def without_paint(self) -> Map: ...
     def without_portals(self) -> Map: ...
@@ -370,6 +382,7 @@ def render(
     device: _Device = ...,
     on_progress: _Progress = ...,
     size: Tuple[int, int] = ...,
+    # picture_settings
     n: SupportsIndex = ...,
     azimuth: float = ...,
     elevation: float = ...,
@@ -380,9 +393,10 @@ def render(
     field_of_view: float = ...,
     up: Optional[_Up] = ...,
     material: Literal["clay", "iterations", "trap", "groove", "height", "factor"] = ...,
-    palette: Union[str, Sequence[str], None] = ...,
+    palette: Union[str, Sequence[str]] = ...,
+    lamp: ArrayLike = ...,
+    # end of picture_settings
     range: Optional[ArrayLike] = ...,
-    lamp: Optional[ArrayLike] = ...,
     background: str = ...,
     ground: bool = ...,
     samples: SupportsIndex = ...,
@@ -401,6 +415,7 @@ def render(
     device: _Device = ...,
     on_progress: _Progress = ...,
     size: Tuple[int, int] = ...,
+    # picture_settings
     n: SupportsIndex = ...,
     azimuth: float = ...,
     elevation: float = ...,
@@ -411,9 +426,10 @@ def render(
     field_of_view: float = ...,
     up: Optional[_Up] = ...,
     material: Literal["clay", "iterations", "trap", "groove", "height", "factor"] = ...,
-    palette: Union[str, Sequence[str], None] = ...,
+    palette: Union[str, Sequence[str]] = ...,
+    lamp: ArrayLike = ...,
+    # end of picture_settings
     range: Optional[ArrayLike] = ...,
-    lamp: Optional[ArrayLike] = ...,
     background: str = ...,
     ground: bool = ...,
     samples: SupportsIndex = ...,
@@ -448,11 +464,13 @@ def compare(
     n: Union[SupportsIndex, Sequence[SupportsIndex]] = ...,
     device: _Device = ...,
     on_progress: _Progress = ...,
+    # compare_settings
     resolution: SupportsIndex = ...,
-    box: Optional[ArrayLike] = ...,
     limbs: bool = ...,
+    box: Optional[ArrayLike] = ...,
     escape: Optional[float] = ...,
-    precision: _Precision = ...,
+    precision: Literal["single", "double"] = ...,
+    # end of compare_settings
 ) -> List[Comparison]: ...
 @overload
 def compare(
@@ -463,11 +481,13 @@ def compare(
     n: Union[SupportsIndex, Sequence[SupportsIndex]] = ...,
     device: _Device = ...,
     on_progress: _Progress = ...,
+    # compare_settings
     resolution: SupportsIndex = ...,
-    box: Optional[ArrayLike] = ...,
     limbs: bool = ...,
+    box: Optional[ArrayLike] = ...,
     escape: Optional[float] = ...,
-    precision: _Precision = ...,
+    precision: Literal["single", "double"] = ...,
+    # end of compare_settings
 ) -> List[Comparison]: ...
 @dataclass(frozen=True)
 class StageReport:
@@ -499,24 +519,26 @@ def fit(
     on_stage: Optional[Callable[[StageReport], object]] = ...,
     on_evaluation: Optional[Callable[[float], object]] = ...,
     on_progress: _Progress = ...,
-    factors: Optional[int] = ...,
-    max_factors: int = ...,
-    seed: int = ...,
+    # fit_settings
+    factors: Union[SupportsIndex, Literal["auto"], None] = ...,
+    max_factors: Optional[SupportsIndex] = ...,
     detail: _Detail = ...,
+    steepness: float = ...,
+    up: Optional[_Up] = ...,
     time_limit: Optional[float] = ...,
-    max_evaluations: Optional[int] = ...,
     target_iou: Optional[float] = ...,
+    max_evaluations: Optional[SupportsIndex] = ...,
+    seed: SupportsIndex = ...,
     schedule: str = ...,
+    polish: bool = ...,
+    unknowns: Literal["exponents", "all"] = ...,
+    placement: Literal["depth", "paper"] = ...,
+    sample_parts: Optional[SupportsIndex] = ...,
+    precision: Literal["single", "double"] = ...,
+    # end of fit_settings
     schedule_text: str = ...,
     initial: Optional[Map] = ...,
     weights: Optional[_Weights] = ...,
-    polish: bool = ...,
-    unknowns: Literal["all", "exponents"] = ...,
-    placement: Literal["depth", "paper"] = ...,
-    precision: _Precision = ...,
-    sample_parts: int = ...,
-    steepness: float = ...,
-    up: Optional[_Up] = ...,
     checkpoint: Optional[_Path] = ...,
     resume: bool = ...,
 ) -> FitResult: ...
@@ -530,24 +552,26 @@ class Fit:
         device: _Device = ...,
         on_evaluation: Optional[Callable[[float], object]] = ...,
         on_progress: _Progress = ...,
-        factors: Optional[int] = ...,
-        max_factors: int = ...,
-        seed: int = ...,
+        # fit_settings
+        factors: Union[SupportsIndex, Literal["auto"], None] = ...,
+        max_factors: Optional[SupportsIndex] = ...,
         detail: _Detail = ...,
+        steepness: float = ...,
+        up: Optional[_Up] = ...,
         time_limit: Optional[float] = ...,
-        max_evaluations: Optional[int] = ...,
         target_iou: Optional[float] = ...,
+        max_evaluations: Optional[SupportsIndex] = ...,
+        seed: SupportsIndex = ...,
         schedule: str = ...,
+        polish: bool = ...,
+        unknowns: Literal["exponents", "all"] = ...,
+        placement: Literal["depth", "paper"] = ...,
+        sample_parts: Optional[SupportsIndex] = ...,
+        precision: Literal["single", "double"] = ...,
+        # end of fit_settings
         schedule_text: str = ...,
         initial: Optional[Map] = ...,
         weights: Optional[_Weights] = ...,
-        polish: bool = ...,
-        unknowns: Literal["all", "exponents"] = ...,
-        placement: Literal["depth", "paper"] = ...,
-        precision: _Precision = ...,
-        sample_parts: int = ...,
-        steepness: float = ...,
-        up: Optional[_Up] = ...,
         checkpoint: Optional[_Path] = ...,
         resume: bool = ...,
     ) -> None: ...
@@ -573,12 +597,14 @@ def shape(
     octaves: int = ...,
     scale: float = ...,
     seed: int = ...,
+    # exact_settings
     resolution: SupportsIndex = ...,
     detail: _Detail = ...,
-    thickness: Optional[float] = ...,
     steepness: float = ...,
     up: Optional[_Up] = ...,
     fourth: Literal["round", "ignored"] = ...,
+    # end of exact_settings
+    thickness: Optional[float] = ...,
     phase: Optional[ArrayLike] = ...,
 ) -> Map: ...
 

@@ -7,6 +7,7 @@ from typing import List, Optional
 
 from . import _core, _device, _mesh
 from ._map import Map
+from ._settings import with_settings
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,7 @@ def _result_of(found):
     return FitResult(**found)
 
 
+@with_settings(_core.fit_settings())
 def fit(
     vertices,
     faces=None,
@@ -101,22 +103,7 @@ def fit(
         precision, with equal vertices welded.
     faces : array (M, 3) of whole numbers, optional
         Counter-clockwise from outside.
-    factors : int, optional
-        8 to 20000. Without it, as many as pay.
-    max_factors : int, optional
-        The largest number that is chosen where `factors` is not given.
-    seed : int, optional
-        Of all random choices. The same seed, options and device give the same map.
-    detail : float or {"auto", "smooth", "clear", "wild"}, optional
-        The shell's thickness as a fraction of the box's diagonal.
-    time_limit : float, optional
-        Seconds of the whole fit.
-    max_evaluations : int, optional
-        The most evaluations of energy and gradient.
-    target_iou : float, optional
-        Ends the fit after a stage with this IoU.
-    schedule : str, optional
-        "tight", "fast", "paper", or the path of a .toml file.
+    settings
     schedule_text : str, optional
         The text of such a file, in its place.
     initial : Map, optional
@@ -126,14 +113,6 @@ def fit(
         numbers of 0 or more, by which the weights of samples are multiplied. It is called once per
         stage and must return the same numbers for the same points. The weights are then scaled so
         that their sum does not change.
-    polish : bool, optional
-        Spends the last two fifths on the iterated set.
-    unknowns : {"all", "exponents"}, optional
-    placement : {"depth", "paper"}, optional
-    precision : {"single", "double"}, optional
-    sample_parts : int, optional
-    steepness : float, optional
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}, optional
     checkpoint : path-like, optional
         A file that the fit is kept in while it is under way.
     resume : bool, optional
@@ -282,6 +261,7 @@ class Fit:
         return f"<qjulia.Fit after {len(self.stages)} stages>"
 
 
+@with_settings(_core.exact_settings())
 def shape(vertices, faces=None, *, versor=None, device=None, on_progress=None, **options):
     """A map that has a mesh's exact shape, without a fit.
 
@@ -300,15 +280,9 @@ def shape(vertices, faces=None, *, versor=None, device=None, on_progress=None, *
         A noise's cells along the shape's longest side. They are 9.
     seed : int, optional
         Of the roots or the noise.
-    resolution : int, optional
-        Cells of the distance's grid along its longest side, 32 to 384. They are 192.
-    detail : float or {"auto", "smooth", "clear", "wild"}, optional
+    settings
     thickness : float, optional
         Paints the map, as `Map.paint` does.
-    steepness : float, optional
-    up : {"auto", "x", "y", "z", "-x", "-y", "-z"}, optional
-    fourth : {"round", "ignored"}, optional
-        Where the shape ends along the fourth coordinate.
     phase : array, (4,), optional
     device : Device or str, optional
     on_progress : callable, optional

@@ -4,28 +4,14 @@ from __future__ import annotations
 
 import json
 import operator
-import textwrap
 from typing import TypedDict
 
 import numpy as np
 
 from . import _core, _device, _mesh
+from ._settings import with_settings
 
 _FACTOR = np.dtype([("center", "<f8", (4,)), ("exponent", "<f8")])
-
-
-def _described(rows):
-    """The rows of one of the library's tables as numpydoc's parameters."""
-    lines = []
-    for name, values, unit, limits, help_, more in rows:
-        lines.append(f"{name} : {values}" + (f", {unit}" if unit else ""))
-        text = f"{help_}." + (f" {limits[:1].upper()}{limits[1:]}." if limits else "")
-        lines.append(
-            textwrap.fill(
-                f"{text} {more}".strip(), 96, initial_indent="    ", subsequent_indent="    "
-            )
-        )
-    return "\n".join(lines)
 
 
 _DEEPEST = 60
@@ -155,32 +141,32 @@ class Map:
         """The map with its scale and level moved alike, so that the set lies on F_1 = L."""
         return Map._of(self._core.calibrated(_device.core_of(device)))
 
+    @with_settings(_core.knob_table(), all_of_them=True)
     def with_knobs(self, *, device=None, **knobs):
+        """The map with knobs turned, in the order in which they stand here.
+
+        Parameters
+        ----------
+        settings
+        device : Device or str, optional
+
+        Returns
+        -------
+        Map
+
+        Notes
+        -----
+        `detail` may also be "auto", "smooth", "clear" or "wild", as for `fit`. The value is then chosen for
+        the map's own shape, which takes about as long as its surface at n = 1.
+
+        Raises
+        ------
+        TypeError
+            If there is no such knob; the message has the nearest name.
+        InputError
+            If a value is out of range, or the map does not bear the knob.
+        """
         return Map._of(_core.with_knobs(self._core, _device.core_of(device), knobs))
-
-    with_knobs.__doc__ = f"""The map with knobs turned, in the order in which they stand here.
-
-Parameters
-----------
-{_described(_core.knob_table())}
-device : Device or str, optional
-
-Returns
--------
-Map
-
-Notes
------
-`detail` may also be "auto", "smooth", "clear" or "wild", as for `fit`. The value is then chosen for
-the map's own shape, which takes about as long as its surface at n = 1.
-
-Raises
-------
-TypeError
-    If there is no such knob; the message has the nearest name.
-InputError
-    If a value is out of range, or the map does not bear the knob.
-"""
 
     def field(self, points, *, device=None, **options):
         """F_n, the logarithm of the last iterate's norm, at points.
@@ -256,19 +242,13 @@ InputError
         """
         return _core.escape_counts(self._core, _device.core_of(device), points, options)
 
+    @with_settings(_core.sample_settings(), all_of_them=True)
     def sample(self, resolution=128, *, device=None, on_progress=None, **options):
         """F_n at the centres of a box's cells.
 
         Parameters
         ----------
-        resolution : int, optional
-            Cells along the box's longest side, 1 to 8192.
-        n : int, optional
-            Iterations, 1 to 16. They are 6.
-        box : array, (2, 3), optional
-            In the shape's units. Without it, the shape's box plus 5 %.
-        escape : float, optional
-        precision : {"single", "double"}, optional
+        settings
         device : Device or str, optional
         on_progress : callable, optional
             See `fit`.
@@ -283,45 +263,19 @@ InputError
         options["resolution"] = resolution
         return _core.sample(self._core, _device.core_of(device), on_progress, options)
 
+    @with_settings([*_core.surface_settings(), *_core.print_settings()])
     def surface(self, resolution=256, *, device=None, on_progress=None, **options):
         """The set as a triangle mesh, in the shape's own coordinates.
 
         Parameters
         ----------
-        resolution : int, optional
-            Cells along the box's longest side, 2 to 8192.
-        n : int, optional
-            Iterations, 1 to 16. They are 6.
-        box : array, (2, 3), optional
-            In the shape's units. Without it, the shape's box, grown until the set fits in.
-        draft, dense : bool, optional
-            Look orbits up in tables; or iterate every point of the grid.
-        refine : int, optional
-            Points tried on each crossed edge, 0 to 20.
+        settings
         keep_loose : bool, optional
             Whether parts stay that are less than a hundredth as large as the largest.
         largest_component : bool, optional
             Whether only the largest part stays.
         min_component : float, optional
             The least area of parts that stay, where the largest one's is 1.
-        max_triangles : int, optional
-            The mesh is decimated to at most so many.
-        max_error : float, optional
-            The mesh is decimated as long as it stays within this distance of the original, in the
-            units of the result.
-        height, longest : float, optional
-            The mesh is scaled to this height along the map's up axis, or so that the longest side
-            of its box has this length. All lengths below are in the same units.
-        min_wall : float, optional
-            Walls that are thinner are thickened.
-        flat_foot : float, optional
-            This length is cut off the lower end, flat.
-        shell, drain : float, optional
-            The mesh is hollowed out, with a wall of this thickness and a hole of this diameter
-            from the cavity's lowest place straight down. The diameter is 3 by default; 0 makes no
-            hole.
-        escape : float, optional
-        precision : {"single", "double"}, optional
         device : Device or str, optional
         on_progress : callable, optional
             See `fit`.
@@ -367,6 +321,7 @@ InputError
             self._core, _device.core_of(device), _mesh.core_of(mesh), on_progress, options
         )
 
+    @with_settings(_core.paint_settings())
     def paint(self, mesh=None, shares=None, *, device=None, on_progress=None, **options):
         """The map with other shares of its detail in other places: wild here and smooth there.
 
@@ -382,10 +337,7 @@ InputError
             X0, Y0, Z0, X1, Y1, Z1 and share of boxes.
         ramp : (str, float, float), optional
             An axis and the shares at its low and its high end, such as ``("y", 1, 0.1)``.
-        thickness : float, optional
-            Bounds the shell by this share of the shape's own thickness. 0.15 is a good value.
-        elsewhere : float, optional
-            The share of places that nothing else is said of.
+        settings
         device : Device or str, optional
         on_progress : callable, optional
 
@@ -400,17 +352,13 @@ InputError
             _core.paint(self._core, _device.core_of(device), core, shares, on_progress, options)
         )
 
+    @with_settings(_core.portal_settings(), all_of_them=True)
     def portals(self, count=3, *, device=None, on_progress=None, **options):
         """The map with copies of its set on its own tips.
 
         Parameters
         ----------
-        count : int, optional
-            Copies on the shape itself, 1 to 16. There are fewer where no more fit.
-        size : float, optional
-            Of a copy, where the shape's is 1: 0.02 to 0.6.
-        mask : {"outside", "inside", "none"}, optional
-            Whether a copy is added to the shape, cuts it, or stands in its place.
+        settings
         device : Device or str, optional
         on_progress : callable, optional
 
@@ -583,7 +531,53 @@ def quadratic_map(c):
     return Map._of(_core.quadratic_map(c))
 
 
+@with_settings(_core.picture_settings())
 def render(subject, *, layers=False, framed=None, device=None, on_progress=None, **options):
+    """A picture of a map's set, or of a mesh in the same light.
+
+    Parameters
+    ----------
+    subject : Map or mesh
+        See `fit` for what a mesh can be.
+    size : (int, int), optional
+        Width and height in pixels. They are 1280 and 960.
+    settings
+    range : sequence of float, optional
+        Rising values of the material: the palette begins at the first, ends at the last, and is
+        divided into equal parts by those in between. By default, the palette is spread so that each
+        part of it is seen about as much as any other.
+    background : str, optional
+        "studio", "transparent", or a colour such as "#ff8000" or "white".
+    ground : bool, optional
+        Whether there is ground under the set, with its shadow.
+    samples : int, optional
+        Its square is the number of rays a pixel. It is 2.
+    box : array, (2, 3), optional
+        Only this part of the set is drawn, cut open, and framed.
+    cuts : dict, optional
+        Planes beyond which the set is cut away, such as ``{"z": "50%"}`` or ``{"x": 0.2}``.
+    keep_loose : bool, optional
+        Whether pieces are drawn that hang on nothing.
+    exact : bool, optional
+        Whether every orbit is computed instead of looked up.
+    escape : float, optional
+    precision : {"single", "double"}, optional
+    layers : bool, optional
+        Whether what the pixels show is wanted, too.
+    framed : array, (2, 3), or Map, optional
+        The camera frames the part of a mesh that lies in this box. Without a box it frames all of
+        the mesh.
+    device : Device or str, optional
+    on_progress : callable, optional
+        See `fit`.
+
+    Returns
+    -------
+    image : array of uint8, (height, width, 3)
+        Or 4 with a transparent background. `save_png` writes it.
+    layers : dict
+        Only with ``layers=True``: "depth", "normal" and "position", float32, in the shape's units.
+    """
     core = _device.core_of(device)
     if isinstance(subject, Map):
         if framed is not None:
@@ -596,52 +590,6 @@ def render(subject, *, layers=False, framed=None, device=None, on_progress=None,
         framed = framed.box
     return _core.render_mesh(_mesh.core_of(subject), core, on_progress, framed, options)
 
-
-render.__doc__ = f"""A picture of a map's set, or of a mesh in the same light.
-
-Parameters
-----------
-subject : Map or mesh
-    See `fit` for what a mesh can be.
-size : (int, int), optional
-    Width and height in pixels. They are 1280 and 960.
-{_described(_core.picture_settings())}
-range : sequence of float, optional
-    Rising values of the material: the palette begins at the first, ends at the last, and is
-    divided into equal parts by those in between. By default, the palette is spread so that each
-    part of it is seen about as much as any other.
-background : str, optional
-    "studio", "transparent", or a colour such as "#ff8000" or "white".
-ground : bool, optional
-    Whether there is ground under the set, with its shadow.
-samples : int, optional
-    Its square is the number of rays a pixel. It is 2.
-box : array, (2, 3), optional
-    Only this part of the set is drawn, cut open, and framed.
-cuts : dict, optional
-    Planes beyond which the set is cut away, such as ``{{"z": "50%"}}`` or ``{{"x": 0.2}}``.
-keep_loose : bool, optional
-    Whether pieces are drawn that hang on nothing.
-exact : bool, optional
-    Whether every orbit is computed instead of looked up.
-escape : float, optional
-precision : {{"single", "double"}}, optional
-layers : bool, optional
-    Whether what the pixels show is wanted, too.
-framed : array, (2, 3), or Map, optional
-    The camera frames the part of a mesh that lies in this box. Without a box it frames all of
-    the mesh.
-device : Device or str, optional
-on_progress : callable, optional
-    See `fit`.
-
-Returns
--------
-image : array of uint8, (height, width, 3)
-    Or 4 with a transparent background. `save_png` writes it.
-layers : dict
-    Only with ``layers=True``: "depth", "normal" and "position", float32, in the shape's units.
-"""
 
 
 def save_png(image, path, *, map=None):
@@ -683,6 +631,7 @@ class Comparison(_Figures, total=False):
     limbs_kept: int
 
 
+@with_settings([row for row in _core.compare_settings() if row["name"] != "n"], all_of_them=True)
 def compare(map, mesh, faces=None, *, n=(1, 6), device=None, on_progress=None, **options):
     """How well a map's set fits a mesh.
 
@@ -693,14 +642,7 @@ def compare(map, mesh, faces=None, *, n=(1, 6), device=None, on_progress=None, *
         See `fit`.
     n : int or sequence of int, optional
         Iterations of the sets that are compared.
-    resolution : int, optional
-        Cells along each side of the cube that the IoU is taken over. They are 128.
-    box : array, (2, 3), optional
-        Only what lies in it is compared.
-    limbs : bool, optional
-        Whether the mesh's limbs are counted, and those that the set keeps.
-    escape : float, optional
-    precision : {"single", "double"}, optional
+    settings
     device : Device or str, optional
     on_progress : callable, optional
 

@@ -10,8 +10,10 @@
 #include "qjulia/error.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/map_detail.hpp"
+#include "qjulia/paint_settings.hpp"
 #include "qjulia/painting.hpp"
 #include "qjulia/portal_choice.hpp"
+#include "qjulia/portal_settings.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -30,15 +32,9 @@ MapPointer turned(const KeptMap& self, const OpenDevice& device, const py::dict&
   }
   for (const Knob& knob : knob_table()) {
     if (word && knob.name == "detail") continue;
-    std::visit([&](const auto member) { keywords.take(knob.name, knobs.*member); }, knob.value);
-    if (const auto* number = std::get_if<std::optional<double> MapKnobs::*>(&knob.value)) {
-      if (!(knobs.*(*number))) continue;
-      try {
-        knob.expect_in_range(*(knobs.*(*number)));
-      } catch (const InputError& error) {
-        throw InputError(knob.name + ": " + error.what());
-      }
-    }
+    const ValuePlace place = knob.place(knobs);
+    keywords.take(knob, place);
+    expect_in_range(knob, place);
   }
   keywords.expect_no_more();
   knobs.validate();
@@ -46,16 +42,6 @@ MapPointer turned(const KeptMap& self, const OpenDevice& device, const py::dict&
     if (word) knobs.detail = detail_for(device.device, self.map, *word, stop);
     return with_knobs(device.device, self.map, knobs);
   }));
-}
-
-/// The table of knobs, for documentation: name, values, unit, range, help, more.
-py::list described_knobs() {
-  py::list all;
-  for (const Knob& knob : knob_table()) {
-    all.append(
-        py::make_tuple(knob.name, knob.values, knob.unit, knob.range_text(), knob.help, knob.more));
-  }
-  return all;
 }
 
 PaintRamp ramp_of(const py::handle& given) {
@@ -76,8 +62,7 @@ PaintOptions paint_options(const py::object& mesh, const py::object& shares,
                            const py::dict& given) {
   PaintOptions options;
   Keywords keywords("paint", given);
-  keywords.take("elsewhere", options.elsewhere);
-  keywords.take("thickness", options.thickness);
+  keywords.take_all(paint_settings(), options);
   if (const auto ramp = keywords.argument("ramp")) options.ramp = ramp_of(ramp);
   if (const auto balls = keywords.argument("balls")) {
     const DoubleArray rows = rows_of_numbers(balls, "balls", {5});
@@ -122,13 +107,7 @@ MapPointer with_portals(const KeptMap& self, const OpenDevice& device,
                         const py::object& on_progress, const py::dict& given) {
   PortalOptions options;
   Keywords keywords("portals", given);
-  keywords.take("count", options.count);
-  keywords.take("size", options.size);
-  std::vector<std::pair<std::string, PortalMask>> masks;
-  for (const auto mask : {PortalMask::outside, PortalMask::inside, PortalMask::none}) {
-    masks.emplace_back(to_string(mask), mask);
-  }
-  keywords.take_word("mask", options.mask, masks);
+  keywords.take_all(portal_settings(), options);
   keywords.expect_no_more();
   options.validate();
   Map map = self.map;
@@ -143,9 +122,11 @@ MapPointer with_portals(const KeptMap& self, const OpenDevice& device,
 
 void add_edits(py::module_& module) {
   module.def("with_knobs", &turned);
-  module.def("knob_table", &described_knobs);
+  module.def("knob_table", [] { return described(knob_table(), MapKnobs{}); });
   module.def("paint", &with_paint);
+  module.def("paint_settings", [] { return described(paint_settings(), PaintOptions{}); });
   module.def("portals", &with_portals);
+  module.def("portal_settings", [] { return described(portal_settings(), PortalOptions{}); });
 }
 
 }  // namespace qjulia::python

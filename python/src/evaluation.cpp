@@ -9,6 +9,7 @@
 #include "parts.hpp"
 #include "points.hpp"
 #include "qjulia/sample.hpp"
+#include "qjulia/sample_settings.hpp"
 #include "unlocked.hpp"
 #include "watched.hpp"
 
@@ -145,11 +146,7 @@ py::tuple sampled(const KeptMap& self, const OpenDevice& device, const py::objec
                   const py::dict& given) {
   SampleOptions options;
   Keywords keywords("sample", given);
-  keywords.take("resolution", options.resolution);
-  keywords.take("n", options.iterations);
-  keywords.take("box", options.box);
-  keywords.take("escape", options.escape);
-  keywords.take("precision", options.precision);
+  keywords.take_all(sample_settings(), options);
   keywords.expect_no_more();
   options.validate();
   CellGrid grid;
@@ -181,6 +178,7 @@ void add_evaluation(py::module_& module) {
   module.def("orbits", &asked_of_points<Asked::orbits>);
   module.def("escape_counts", &asked_of_points<Asked::escape_counts>);
   module.def("sample", &sampled);
+  module.def("sample_settings", [] { return described(sample_settings(), SampleOptions{}); });
 }
 
 }  // namespace qjulia::python

@@ -12,7 +12,9 @@
 #include "mesh.hpp"
 #include "parts.hpp"
 #include "qjulia/exact_map.hpp"
+#include "qjulia/exact_settings.hpp"
 #include "qjulia/fit.hpp"
+#include "qjulia/fit_settings.hpp"
 #include "qjulia/painting.hpp"
 #include "watched.hpp"
 
@@ -42,19 +44,7 @@ SampleWeights weights_of(const py::handle& call, Watcher& watcher) {
 FitOptions fit_options(const py::dict& given, Watcher& watcher) {
   FitOptions options;
   Keywords keywords("fit", given);
-  keywords.take("factors", options.factors);
-  keywords.take("max_factors", options.max_factors);
-  keywords.take("detail", options.detail);
-  keywords.take("seed", options.seed);
-  keywords.take("time_limit", options.time_limit);
-  keywords.take("max_evaluations", options.max_evaluations);
-  keywords.take("target_iou", options.target_iou);
-  keywords.take_word("unknowns", options.unknowns,
-                     {{"all", Unknowns::all}, {"exponents", Unknowns::exponents}});
-  keywords.take_word("placement", options.placement,
-                     {{"depth", Placement::depth}, {"paper", Placement::paper}});
-  keywords.take("precision", options.precision);
-  keywords.take("schedule", options.schedule);
+  keywords.take_all(fit_settings(), options);
   keywords.take("schedule_text", options.schedule_text);
   if (const auto initial = keywords.argument("initial")) {
     options.initial = initial.cast<const KeptMap&>().map;
@@ -62,11 +52,7 @@ FitOptions fit_options(const py::dict& given, Watcher& watcher) {
   if (const auto weights = keywords.argument("weights")) {
     options.weights = weights_of(weights, watcher);
   }
-  keywords.take("polish", options.polish);
-  keywords.take("sample_parts", options.sample_parts);
   keywords.take("checkpoint", options.checkpoint);
-  keywords.take("steepness", options.steepness);
-  keywords.take("up", options.up);
   keywords.take("resume", options.resume);
   keywords.expect_no_more();
   options.validate();
@@ -267,14 +253,9 @@ MapPointer shaped(const OpenDevice& device, const TriangleMesh& mesh, const py::
   ExactMapOptions options;
   PaintOptions paint;
   Keywords keywords("shape", given);
-  keywords.take("resolution", options.resolution);
-  keywords.take("detail", options.detail);
-  keywords.take("steepness", options.steepness);
-  keywords.take("up", options.up);
+  keywords.take_all(exact_settings(), options);
   take_versor(keywords, options);
   keywords.take("phase", options.phase);
-  keywords.take_word("fourth", options.fourth,
-                     {{"round", FourthCoordinate::round}, {"ignored", FourthCoordinate::ignored}});
   keywords.take("thickness", paint.thickness);
   keywords.expect_no_more();
   options.validate();
@@ -302,6 +283,8 @@ void add_fitting(py::module_& module) {
       .def("stages", &PythonFit::stages)
       .def("stopped", &PythonFit::stopped);
   module.def("shape", &shaped);
+  module.def("fit_settings", [] { return described(fit_settings(), FitOptions{}); });
+  module.def("exact_settings", [] { return described(exact_settings(), ExactMapOptions{}); });
 }
 
 }  // namespace qjulia::python

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "settings.hpp"
 #include "values.hpp"
 
 namespace qjulia::python {
@@ -27,6 +28,16 @@ class Keywords {
   template <class Value>
   void take(const std::string& name, Value& value) {
     if (const auto given = argument(name)) read(given, name, value);
+  }
+  /// The same for a setting, by the name that Python calls it.
+  void take(const Setting& setting, const ValuePlace& place) {
+    const std::string name = argument_name(setting.name);
+    if (const auto given = argument(name)) read(given, name, setting, place);
+  }
+  /// All settings of a table.
+  template <class Table, class Options>
+  void take_all(const Table& table, Options& options) {
+    for (const auto& setting : table) take(setting, setting.place(options));
   }
   template <class Value>
   void take_word(const std::string& name, Value& value,

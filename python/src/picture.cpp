@@ -100,14 +100,7 @@ namespace {
 /// The settings of the library's table. A palette depends on the material, and is read last.
 void take_settings(Keywords& keywords, PictureOptions& options) {
   for (const PictureSetting& setting : picture_settings()) {
-    const std::string name = argument_name(setting.name);
-    std::visit(
-        [&](const auto place) {
-          if constexpr (!std::is_same_v<decltype(place), Palette& (*const)(PictureOptions&)>) {
-            keywords.take(name, place(options));
-          }
-        },
-        setting.value);
+    if (setting.name != "palette") keywords.take(setting, setting.place(options));
   }
   take_palette(keywords, options);
 }
@@ -240,16 +233,6 @@ py::bytes png_of(const py::object& given, const KeptMap* map) {
   return file;
 }
 
-/// The table of settings, for documentation: name, values, unit, range, help, more.
-py::list described_settings() {
-  py::list all;
-  for (const PictureSetting& setting : picture_settings()) {
-    all.append(py::make_tuple(argument_name(setting.name), setting.values, setting.unit,
-                              setting.range_text(), setting.help, setting.more));
-  }
-  return all;
-}
-
 }  // namespace
 
 void add_pictures(py::module_& module) {
@@ -257,7 +240,7 @@ void add_pictures(py::module_& module) {
   module.def("render_layers", &layered);
   module.def("render_mesh", &rendered_mesh);
   module.def("png", &png_of, py::arg("image"), py::arg("map") = py::none());
-  module.def("picture_settings", &described_settings);
+  module.def("picture_settings", [] { return described(picture_settings(), PictureOptions{}); });
 }
 
 }  // namespace qjulia::python

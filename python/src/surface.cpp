@@ -13,10 +13,14 @@
 #include "parts.hpp"
 #include "picture.hpp"
 #include "qjulia/compare.hpp"
+#include "qjulia/compare_settings.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/picture_settings.hpp"
 #include "qjulia/print.hpp"
+#include "qjulia/print_settings.hpp"
 #include "qjulia/surface_colors.hpp"
+#include "qjulia/surface_settings.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -32,28 +36,16 @@ struct Selection {
 };
 
 Selection selection(Keywords& keywords) {
-  constexpr int kFewest = 4;
   Selection wanted;
   PrintOptions& print = wanted.print;
   bool largest = false;
   std::optional<double> min_component;
-  std::optional<int> max_triangles;
   keywords.take("keep_loose", wanted.keep_loose);
   keywords.take("largest_component", largest);
   keywords.take("min_component", min_component);
-  keywords.take("max_triangles", max_triangles);
-  keywords.take("max_error", print.max_error);
-  keywords.take("height", print.height);
-  keywords.take("longest", print.longest);
-  keywords.take("min_wall", print.min_wall);
-  keywords.take("flat_foot", print.flat_foot);
-  keywords.take("shell", print.shell);
-  keywords.take("drain", print.drain);
+  keywords.take_all(print_settings(), print);
   if (min_component && !(*min_component >= 0 && *min_component <= 1)) {
     throw OptionError("min_component", "it must be 0 to 1");
-  }
-  if (max_triangles && *max_triangles < kFewest) {
-    throw OptionError("max_triangles", "it must be at least 4");
   }
   if (wanted.keep_loose + largest + min_component.has_value() > 1) {
     throw InputError(
@@ -63,7 +55,6 @@ Selection selection(Keywords& keywords) {
   // Who chooses among components has no loose pieces dropped before.
   wanted.keep_loose = wanted.keep_loose || largest || min_component.has_value();
   wanted.min_component = largest ? 1 : min_component.value_or(0);
-  if (max_triangles) print.max_triangles = static_cast<std::size_t>(*max_triangles);
   print.validate();
   return wanted;
 }
@@ -82,14 +73,7 @@ py::tuple surface_of(const KeptMap& self, const OpenDevice& device, const py::ob
                      const py::dict& given) {
   SurfaceOptions options;
   Keywords keywords("surface", given);
-  keywords.take("resolution", options.resolution);
-  keywords.take("n", options.iterations);
-  keywords.take("box", options.box);
-  keywords.take("dense", options.dense);
-  keywords.take("draft", options.draft);
-  keywords.take("refine", options.refine);
-  keywords.take("precision", options.precision);
-  keywords.take("escape", options.escape);
+  keywords.take_all(surface_settings(), options);
   const Selection wanted = selection(keywords);
   keywords.expect_no_more();
   options.validate();
@@ -108,7 +92,8 @@ py::array colors_of(const KeptMap& self, const OpenDevice& device, const Triangl
   PictureOptions look;
   look.material = Material::iterations;
   Keywords keywords("surface_colors", given);
-  keywords.take("material", look.material);
+  const PictureSetting& material = picture_setting_named("material");
+  keywords.take(material, material.place(look));
   take_palette(keywords, look);
   SurfaceColorOptions options{.material = look.material, .palette = look.palette};
   keywords.take("range", options.range);
@@ -148,12 +133,7 @@ py::list compared(const KeptMap& self, const OpenDevice& device, const TriangleM
                   const py::object& on_progress, const py::dict& given) {
   CompareOptions options;
   Keywords keywords("compare", given);
-  keywords.take("resolution", options.resolution);
-  keywords.take("n", options.iterations);
-  keywords.take("box", options.box);
-  keywords.take("precision", options.precision);
-  keywords.take("escape", options.escape);
-  keywords.take("limbs", options.limbs);
+  keywords.take_all(compare_settings(), options);
   keywords.expect_no_more();
   options.validate();
   std::vector<FitMetrics> metrics;
@@ -171,6 +151,9 @@ void add_surfaces(py::module_& module) {
   module.def("surface", &surface_of);
   module.def("surface_colors", &colors_of);
   module.def("compare", &compared);
+  module.def("surface_settings", [] { return described(surface_settings(), SurfaceOptions{}); });
+  module.def("print_settings", [] { return described(print_settings(), PrintOptions{}); });
+  module.def("compare_settings", [] { return described(compare_settings(), CompareOptions{}); });
 }
 
 }  // namespace qjulia::python

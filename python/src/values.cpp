@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "qjulia/picture_settings.hpp"
+#include "qjulia/picture.hpp"
 
 namespace py = pybind11;
 
@@ -143,14 +143,6 @@ void read(const py::handle& given, const std::string& name, MaterialRange& value
   const std::vector<double> v =
       numbers(given, name, std::max<std::size_t>(length, 2), "rising from LOW to HIGH");
   value = {v.front(), v.back(), {v.begin() + 1, v.end() - 1}};
-}
-
-void read(const py::handle& given, const std::string& name, Material& value) {
-  std::vector<std::pair<std::string, Material>> words;
-  for (const Material material : materials()) {
-    words.emplace_back(to_string(material), material);
-  }
-  read_word(given, name, value, words);
 }
 
 void read(const py::handle& given, const std::string& name, Precision& value) {

@@ -35,7 +35,6 @@ void read(const pybind11::handle& given, const std::string& name, Rotation& valu
 /// Two corners, as (2, 3) or six numbers.
 void read(const pybind11::handle& given, const std::string& name, Box& value);
 void read(const pybind11::handle& given, const std::string& name, Lamp& value);
-void read(const pybind11::handle& given, const std::string& name, Material& value);
 void read(const pybind11::handle& given, const std::string& name, MaterialRange& value);
 void read(const pybind11::handle& given, const std::string& name, Precision& value);
 /// A number, or "auto", "smooth", "clear" or "wild".

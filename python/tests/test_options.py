@@ -9,38 +9,10 @@ from test_types import keywords_in_stub
 POINTS = np.array([[0.9, 0.1, 0.2], [0.2, 0.3, 0.1], [1.4, 0.0, 0.1]])
 BOX = [[-1.5, -1.5, -0.5], [1.5, 1.5, 0.6]]
 FEW = {"factors": 9, "max_evaluations": 2, "schedule": "fast"}
-KNOBS = {
-    "detail": 0.03,
-    "order_seed": 5,
-    "phase": (0.8, 0.6, 0, 0),
-    "slice": 0.05,
-    "rotate": (0, 0, 1, 20),
-    "drift": 0.1,
-    "translate": (0.1, 0, 0),
-    "scale": 1.1,
-    "steepness": 2,
-}
 QUERY = {"n": 2, "space": "map", "precision": "double", "escape": 30}
 PRINT = {"height": 40, "flat_foot": 1, "shell": 4, "drain": 2}
-LOOK = {
-    "size": (16, 12),
-    "n": 3,
-    "azimuth": 40,
-    "elevation": 20,
-    "zoom": 1.25,
-    "look_at": (0, 0.1, 0),
-    "distance": 9,
-    "frame": BOX,
-    "field_of_view": 40,
-    "up": "y",
-    "lamp": (10, 20, 1.5),
-    "background": "transparent",
-    "ground": False,
-    "samples": 1,
-}
+LOOK = {"size": (16, 12), "background": "transparent", "ground": False, "samples": 1}
 OF_MAP = {
-    "material": "trap",
-    "palette": ["#102030", "#405060"],
     "range": (0, 1),
     "box": [[-2, -2, -2], [2, 2, 2]],
     "cuts": {"z": "90%"},
@@ -58,6 +30,25 @@ samples = 2000
 band = 0.05
 band_weight = 1.0
 """
+
+
+def example_of(row):
+    """The value of a setting's example."""
+    words = row["example"].split(" ")
+    if row["type"] == "bool":
+        return not row["default"]
+    if "Sequence" in row["type"]:
+        return [f"#{color}" for color in row["example"].split(",")]
+    try:
+        numbers = [int(word) if "SupportsIndex" in row["type"] else float(word) for word in words]
+    except ValueError:
+        return row["example"]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def examples(table):
+    """A value for every setting of one of the library's tables."""
+    return {row["name"]: example_of(row) for row in getattr(qjulia._core, table)()}
 
 
 def noted(*_):
@@ -101,18 +92,7 @@ class Calls:
         fits = [
             {
                 **fit,
-                **FEW,
-                "seed": 7,
-                "detail": 0.03,
-                "time_limit": 1000,
-                "target_iou": 0.999,
-                "polish": True,
-                "unknowns": "exponents",
-                "placement": "paper",
-                "precision": "double",
-                "sample_parts": 2,
-                "steepness": 2,
-                "up": "z",
+                **{name: value for name, value in examples("fit_settings").items() if name != "max_factors"},
                 "weights": weights,
                 "checkpoint": str(self.folder / "checkpoint"),
                 "resume": True,
@@ -133,7 +113,10 @@ class Calls:
                 [{"log_scale": 0.5}, {"surface_level": 0.5}, {**use, "calibrate": False, "log_scale": 0.1}],
             ),
             "Map.calibrated": (map.calibrated, [use]),
-            "Map.with_knobs": (map.with_knobs, [{name: value} for name, value in KNOBS.items()] + [{**use, **KNOBS}]),
+            "Map.with_knobs": (
+                map.with_knobs,
+                [{name: value} for name, value in examples("knob_table").items()] + [{**use, **examples("knob_table")}],
+            ),
             "Map.field": (lambda **k: map.field(POINTS, **k), [{**use, **QUERY}, {"gradient": True}]),
             "Map.versors": (
                 lambda **k: map.versors(POINTS, **k),
@@ -184,10 +167,13 @@ class Calls:
                 ],
             ),
             "read_mesh": (lambda **k: qjulia.read_mesh(self.mesh_file(), **k), [{"return_index": True}]),
-            "Map.portals": (lambda **k: map.portals(1, **k), [{**hear, "size": 0.2, "mask": "none"}]),
+            "Map.portals": (
+                lambda **k: map.portals(1, **k),
+                [{**hear, **{name: value for name, value in examples("portal_settings").items() if name != "count"}}],
+            ),
             "render": (
                 lambda **k: qjulia.render(map, **{"size": (8, 6), **k}),
-                [{**hear, **LOOK, **OF_MAP}, {"layers": True}],
+                [{**hear, **examples("picture_settings"), **LOOK, **OF_MAP}, {"layers": True}],
             ),
             "render of a mesh": (lambda **k: qjulia.render(torus, **{"size": (8, 6), **k}), [{"framed": BOX}]),
             "save_png": (self.saved_picture, [{"map": map}]),
@@ -218,12 +204,8 @@ class Calls:
                         "versor": "random",
                         "roots": 8,
                         "seed": 2,
-                        "resolution": 33,
-                        "detail": 0.03,
+                        **examples("exact_settings"),
                         "thickness": 0.15,
-                        "steepness": 2,
-                        "up": "z",
-                        "fourth": "ignored",
                         "phase": (0.8, 0.6, 0, 0),
                     },
                     {"versor": "noise", "octaves": 3, "scale": 8},

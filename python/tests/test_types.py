@@ -2,7 +2,9 @@
 
 import ast
 import glob
+import inspect
 import os
+import re
 import subprocess
 import sys
 
@@ -71,14 +73,56 @@ def test_stubs_list_every_keyword(map, torus, device):
         ), name
 
 
-def test_tables_are_all_there_and_documented(map):
-    knobs = {row[0] for row in _core.knob_table()}
-    assert {"detail", "drift", "steepness"} <= knobs
-    assert keywords_in_stub()["Map.with_knobs"] == knobs | {"device"}
-    for name, values, unit, limits, help_, more in _core.knob_table():
-        assert f"\n{name} : {values}" in qjulia.Map.with_knobs.__doc__
-    for name, *_ in _core.picture_settings():
-        assert f"\n{name} : " in qjulia.render.__doc__
+def test_stubs_have_the_keywords_of_the_tables():
+    sys.path.append(os.path.join(os.path.dirname(__file__), ".."))
+    import stubs
+
+    with open(os.path.join(FOLDER, "__init__.pyi")) as file:
+        text = file.read()
+    assert stubs.with_keywords(text) == text, "cmake --build --preset release --target reference"
+    assert text.count("# end of ") == 13
+
+
+TABLES = {
+    "fit_settings": qjulia.fit,
+    "surface_settings": qjulia.Map.surface,
+    "print_settings": qjulia.Map.surface,
+    "sample_settings": qjulia.Map.sample,
+    "paint_settings": qjulia.Map.paint,
+    "exact_settings": qjulia.shape,
+    "picture_settings": qjulia.render,
+    "knob_table": qjulia.Map.with_knobs,
+    "portal_settings": qjulia.Map.portals,
+}
+
+
+def test_help_names_every_setting_with_its_default_and_range():
+    for table, function in TABLES.items():
+        parameters = inspect.signature(function).parameters
+        for row in getattr(_core, table)():
+            name = row["name"]
+            assert parameters[name].default == row["default"], (table, name)
+            parameters_text = function.__doc__.split("Returns\n")[0]
+            (line,) = re.findall(rf"(?m)^ *{name} : (.*)$", parameters_text)
+            assert row["values"] in line and row["unit"] in line, (table, name)
+            assert "optional" in line if row["default"] is None else repr(row["default"]) in line
+            if row["range"]:
+                words = " ".join(parameters_text.split())
+                assert row["range"][1:] in words, (table, name)
+
+
+def test_settings_have_their_usual_values(torus):
+    """A call with every default of the signature says what a call without any says."""
+    mesh = qjulia.read_mesh(os.path.join(os.path.dirname(__file__), "..", "..", "tests", "data", "icosahedron.obj"))
+    usual = {
+        name: parameter.default
+        for name, parameter in inspect.signature(qjulia.shape).parameters.items()
+        if name in {row["name"] for row in _core.exact_settings()}
+    }
+    assert set(usual) == {row["name"] for row in _core.exact_settings()}
+    usual["resolution"] = 32
+    said, unsaid = qjulia.shape(mesh, **usual), qjulia.shape(mesh, resolution=32)
+    assert said.field(np.zeros((1, 3)), n=2) == unsaid.field(np.zeros((1, 3)), n=2)
 
 
 def test_everything_public_is_documented():

@@ -738,6 +738,18 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     });
     survives("chosen_detail", [&] { chosen_detail(DetailWord::wild, {x, x}, kFittedRule); });
     survives("radial_spread", [&] { radial_spread(mesh, v); });
+    for (const SettingOf<PortalOptions>& setting : portal_settings()) {
+      PortalOptions options;
+      options.size = x;
+      survives("expect_in_range", [&] { expect_in_range(setting, setting.place(options)); });
+      static_cast<void>(setting.values_text().size());
+    }
+    survives("expect_in_ranges", [&] {
+      FitOptions options;
+      options.time_limit = x;
+      static_cast<void>(options.most_seconds());
+      expect_in_ranges(fit_settings(), options);
+    });
     for (const Knob& knob : knob_table()) {
       survives("expect_in_range", [&] { knob.expect_in_range(x); });
       survives("is_turned", [&] {
@@ -1000,14 +1012,14 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("schedule_text", [&] { schedule_text(text); });
     refuses("knob_named", [&] { knob_named(text); });
     refuses("picture_setting_named", [&] { picture_setting_named(text); });
-    survives("material_named", [&] {
-      static_cast<void>(material_named(text));
-      static_cast<void>(materials().size());
-    });
+    refuses("fit_setting_named", [&] { fit_setting_named(text); });
+    refuses("setting_named", [&] { setting_named(print_settings(), text, "prints"); });
+    refuses("index_of", [&] { exact_settings().back().index_of(text); });
     survives("names", [&] {
       static_cast<void>(color_named(text));
       static_cast<void>(palette_named(text));
       static_cast<void>(up_axis_named(text));
+      static_cast<void>(detail_word_named(text));
       static_cast<void>(palette_names().size() +
                         extensions(FileContent::mesh, FileUse::read).size());
       static_cast<void>(extension_list(FileContent::map, FileUse::write));

@@ -312,10 +312,11 @@ TEST_CASE("names and controls of settings are their own, and sliders hold the us
   for (const Knob& knob : knob_table()) check(knob);
   for (const PictureSetting& setting : picture_settings()) {
     check(setting);
-    const auto* number = std::get_if<double& (*)(PictureOptions&)>(&setting.value);
+    const ValuePlace place = setting.place(usual);
+    const auto* const number = std::get_if<double*>(&place);
     if (number == nullptr || setting.controls.size() != 1) continue;
-    CHECK((*number)(usual) >= setting.controls[0].least);
-    CHECK((*number)(usual) <= setting.controls[0].most);
+    CHECK(**number >= setting.controls[0].least);
+    CHECK(**number <= setting.controls[0].most);
   }
   CHECK(knob_named("detail").option() == "detail");
   CHECK(picture_setting_named("look_at").option() == "look-at");
@@ -323,6 +324,8 @@ TEST_CASE("names and controls of settings are their own, and sliders hold the us
   CHECK_THROWS_AS(picture_setting_named("detail"), InputError);
   CHECK_THROWS_WITH(knob_named("steepness").expect_in_range(0.5),
                     Catch::Matchers::ContainsSubstring("give 1 to 100"));
-  CHECK(material_named("trap") == Material::trap);
-  CHECK_FALSE(material_named("glass"));
+  const PictureSetting& material = picture_setting_named("material");
+  CHECK(material.words.at(material.index_of("trap")) == to_string(Material::trap));
+  CHECK(material.index_of("trap") == static_cast<std::size_t>(Material::trap));
+  CHECK_THROWS_WITH(material.index_of("glass"), Catch::Matchers::ContainsSubstring("clay, iter"));
 }

@@ -5,10 +5,10 @@
 
 #include "base/larger_error.hpp"
 #include "obj_text.hpp"
-#include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"
 #include "qjulia/fit.hpp"
+#include "qjulia/radial_spread.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"

@@ -8,11 +8,14 @@
 #include <numeric>
 #include <stop_token>
 
+#include "base/setting_json.hpp"
+#include "fit/checkpoint.hpp"
 #include "map/reference_iteration.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/fit.hpp"
+#include "qjulia/fit_settings.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/shape.hpp"
 #include "shapes.hpp"
@@ -309,4 +312,41 @@ TEST_CASE("weights that cannot be used are refused, and a checkpoint knows its o
   options.weights = all(3);
   CHECK_THROWS_WITH(fit(test::shared_device(), mesh, options),
                     Catch::Matchers::ContainsSubstring("other options"));
+}
+
+namespace {
+
+/// Gives a value other than the usual one to each type that settings of fits have.
+struct Change {
+  void operator()(bool* value) const { *value = !*value; }
+  void operator()(std::uint64_t* value) const { ++*value; }
+  void operator()(double* value) const { *value += 1; }
+  void operator()(std::string* value) const { *value = "paper"; }
+  void operator()(const WordPlace& value) const { value.set(1 - value.index()); }
+  void operator()(DetailChoice* value) const { *value = 0.031; }
+  void operator()(std::optional<int>* value) const { *value = 12; }
+  void operator()(std::optional<double>* value) const { *value = 0.5; }
+  void operator()(std::optional<UpAxis>* value) const { *value = UpAxis::minus_x; }
+  template <class Other>
+  void operator()(const Other&) const {
+    FAIL("a type that no setting of a fit had");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a checkpoint belongs to all settings that the factors depend on") {
+  const Device& device = test::shared_device();
+  const TriangleMesh mesh = shapes::torus();
+  const std::string usual = fitting::fit_key(mesh, FitOptions{}, device);
+  std::size_t differing = 0;
+  for (const FitSetting& setting : fit_settings()) {
+    CAPTURE(setting.name);
+    if (setting.name == "precision" && !device.info().has_double) continue;
+    FitOptions options;
+    std::visit(Change(), setting.place(options));
+    CHECK((fitting::fit_key(mesh, options, device) == usual) == setting.may_differ_on_resume);
+    if (setting.may_differ_on_resume) ++differing;
+  }
+  CHECK(differing == 4);  // steepness, up, time limit and target IoU
 }

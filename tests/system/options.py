@@ -1,8 +1,9 @@
 """Every option of every command is accepted, and something shows that it had an effect.
 
 The commands with their options are the program's own list (`qjulia_manual options`), and so are the keys of a batch's
-manifest and the names in a request to `explore`, which error messages list. The tables below give each of them a value.
-What they leave out fails the test by its name, and so does what the program does not have.
+manifest and the names in a request to `explore`, which error messages list. Settings, which come from the library's
+tables, say an example of themselves; the tables below give the others a value. What they leave out fails the test by
+its name, and so does what the program does not have.
 
 usage: options.py QJULIA QJULIA_MANUAL FOLDER MESH [--slow]
 """
@@ -20,7 +21,8 @@ import sys
 import time
 from pathlib import Path
 
-# The options that many commands have: the first run of a command gives those that it does not give itself.
+# The options that many commands have, besides settings: the first run of a command gives those that it does not give
+# itself. It also gives the settings that no run of the command gives, by their own examples.
 SHARED = {
     "--device": "cpu",
     "--layout": "cpu",
@@ -28,28 +30,7 @@ SHARED = {
     "--trace": "trace.json",
     "--profile": "kernels.json",
     "--verbose": None,
-    "--iterations": "3",
-    "--detail": "0.03",
-    "--order-seed": "5",
-    "--phase": "0.8 0.6 0 0",
-    "--slice": "0.05",
-    "--rotate": "0 0 1 20",
-    "--drift": "0.1",
-    "--translate": "0.1 0 0",
-    "--scale": "1.1",
-    "--steepness": "2",
-    "--box": "-3 -3 -3 3 3 3",
-    "--escape": "60",
-    "--precision": "double",
     "--size": "16x12",
-    "--azimuth": "40",
-    "--elevation": "20",
-    "--zoom": "1.25",
-    "--distance": "9",
-    "--look-at": "0 0.1 0",
-    "--frame": "-1.5 -1.5 -1.5 1.5 1.5 1.5",
-    "--field-of-view": "40",
-    "--up": "z",
 }
 
 
@@ -186,9 +167,10 @@ UNSEEN = {
 class Run:
     """The words of one command line, and how to observe its options that are recorded nowhere."""
 
-    def __init__(self, arguments, options, shows=None, codes=(0,), keep=None, slow=False):
+    def __init__(self, arguments, options, shows=None, codes=(0,), keep=None, slow=False, all_settings_but=None):
         self.arguments, self.options, self.shows = arguments.split(), options, shows or {}
         self.codes, self.keep, self.slow = codes, keep, slow
+        self.all_settings_but = all_settings_but  # None: it gives no more settings than its options have
 
     def words(self, options):
         words = list(self.arguments)
@@ -211,10 +193,6 @@ def holds(key):
     return lambda done, value: done.read(done.files()[0])[key]
 
 
-FIT = {"--factors": "9", "--time-limit": "1000", "--detail": "0.03", "--steepness": "2", "--up": "z",
-       "--target-iou": "0.999", "--max-evaluations": "2", "--seed": "7", "--schedule": "fast", "--polish": None,
-       "--unknowns": "exponents", "--placement": "paper", "--sample-parts": "2", "--precision": "double",
-       "--output": "f.qjulia.json"}
 SMALL_FIT = {"--max-evaluations": "2", "--schedule": "fast"}
 KERNELS = {"--samples": "500", "--repeats": "2", "--kernels": "energy"}
 
@@ -223,14 +201,16 @@ RUNS = {
     "devices": [Run("", {}), Run("", {})],
     "doctor": [Run("", {}, slow=True), Run("", {}, slow=True)],
     "fit": [
-        Run("MESH", {**FIT, "--report": "report"}, {"--report": makes("report/report.html")}),
-        Run("MESH", {**FIT, "--resume": None}, {"--resume": lambda done, value: done.json["resumed"] is False}),
+        Run("MESH", {"--output": "f.qjulia.json", "--report": "report"}, {"--report": makes("report/report.html")},
+            all_settings_but="--max-factors"),
+        Run("MESH", {"--output": "f.qjulia.json", "--resume": None},
+            {"--resume": lambda done, value: done.json["resumed"] is False}, all_settings_but="--max-factors"),
         Run("MESH", {"--factors": "auto", "--max-factors": "8", **SMALL_FIT, "--output": "auto.qjulia.json"},
             {"--max-factors": count_of("factors", 8)}),
     ],
     "shape": [
-        Run("MESH", {"--output": "e.qjulia.json", "--detail": "0.02", "--thickness": "0.15", "--steepness": "2",
-                     "--up": "z", "--versor": "random:8:2", "--resolution": "32", "--fourth": "ignored"}),
+        Run("MESH", {"--output": "e.qjulia.json", "--versor": "random:8:2"},
+            all_settings_but=""),
         Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32"}),
     ],
     "paint": [
@@ -242,7 +222,7 @@ RUNS = {
              "paint" not in done.read("r.qjulia.json")}),
     ],
     "portals": [
-        Run("f.qjulia.json", {"--output": "o.qjulia.json", "--count": "1", "--size": "0.25", "--mask": "none"}),
+        Run("f.qjulia.json", {"--output": "o.qjulia.json"}),
         Run("f.qjulia.json", {"--output": "o.qjulia.json", "--count": "1"}),
     ],
     "surface": [
@@ -353,15 +333,23 @@ def is_older(done, name):
 
 # --- the manifest of a batch -------------------------------------------------------------------------------------------
 
-# Keys and values of its first fit; the second has "max_factors", which needs a number that the fit chooses.
+# Keys and values of its first fit, besides settings; the second has "max_factors", which needs a number that the fit
+# chooses.
 MANIFEST = {
     "mesh": "MESH", "name": "all", "surface": "off", "surface_resolution": 16, "picture": True,
-    "picture_size": [16, 12], "report": True, "compare": [1, 3], "compare_resolution": 16, "factors": 9,
-    "time_limit": 1000, "detail": 0.03, "steepness": 2, "up": "z", "target_iou": 0.999, "max_evaluations": 2,
-    "seed": 7, "schedule": "fast", "polish": True, "unknowns": "exponents", "placement": "paper", "sample_parts": 2,
-    "precision": "double"}
+    "picture_size": [16, 12], "report": True, "compare": [1, 3], "compare_resolution": 16}
 SECOND_FIT = {"mesh": "MESH", "name": "auto", "factors": "auto", "max_factors": 8, "max_evaluations": 2,
               "schedule": "fast"}
+
+
+def typed(words):
+    """The value that a manifest has for an option's words."""
+    if words is None:
+        return True
+    try:
+        return json.loads(words)
+    except ValueError:
+        return words
 
 
 def toml_of(table, mesh):
@@ -370,9 +358,9 @@ def toml_of(table, mesh):
 
 # --- requests to explore -----------------------------------------------------------------------------------------------
 
-# What a picture's request may say, besides the knobs and the camera, which have the values of options.
+# What a picture's request may say, besides settings, which have the values of options. Palettes have names here.
 VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "cut-x": "90", "cut-y": "90", "cut-z": "90",
-        "material": "trap", "palette": "ice", "lamp": "10,20,1.5", "background": "ff8000", "steady": "1"}
+        "palette": "ice", "background": "ff8000", "steady": "1"}
 # Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below"}
 MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}
@@ -431,7 +419,7 @@ class Bench:
         for number, run in enumerate(RUNS[command]):
             if run.slow and not self.slow:
                 continue
-            options = {**run.options, **self.shared(command, number)}
+            options = self.options(command, number)
             done = self.command(command, run, options)
             done.options = options
             if run.keep:
@@ -445,6 +433,27 @@ class Bench:
                 shown.add(option)
                 check(self.is_shown(command, option, value, done),
                       f"nothing shows that '{command} {option} {value}' had an effect")
+
+    def example(self, command, name):
+        """The words of a setting's example, as `Run` has them; a flag has none."""
+        (example,) = [option["example"] for option in self.commands[command] if option["name"] == name]
+        return example or None
+
+    def settings(self, command):
+        return [option["name"] for option in self.commands[command] if "example" in option]
+
+    def options(self, command, number):
+        """All options that a run gives."""
+        run = RUNS[command][number]
+        options = dict(run.options)
+        if run.all_settings_but is not None:
+            wanted = [name for name in self.settings(command) if name != run.all_settings_but]
+        else:
+            given = {name for each in RUNS[command] for name in each.options}
+            wanted = [name for name in self.settings(command) if name not in given] if number == 0 else []
+        for name in wanted:
+            options.setdefault(name, self.example(command, name))
+        return {**options, **self.shared(command, number)}
 
     def shared(self, command, number):
         """The shared options that a run gives."""
@@ -488,7 +497,7 @@ class Bench:
         whole = json.loads((self.folder / "f.qjulia.json").read_text())
         del whole["up"]
         (self.folder / "u.qjulia.json").write_text(json.dumps(whole))
-        options = {**of_map.options, "--port": str(port), **self.shared("explore", 0)}
+        options = {**self.options("explore", 0), "--port": str(port)}
         self.explore(of_map, options, lambda pages: self.ask_map(pages, port))
         self.explore(of_mesh, {**of_mesh.options, "--quiet": None}, self.ask_fit)
         fitted = json.loads((self.folder / of_mesh.options["--output"]).read_text())
@@ -503,7 +512,8 @@ class Bench:
         made = [name for name in pages.names("/make") if name not in views]
         expect_same("requests to make a file", made, MAKE)
         knobs = [name for name in views if f"--{name}" in self.knobs()]
-        view = {name: SHARED[f"--{name}"].replace(" ", ",") for name in views if f"--{name}" in SHARED}
+        view = {name: self.example("render", f"--{name}").replace(" ", ",") for name in views
+                if f"--{name}" in self.settings("render")}
         view.update(VIEW)
         expect_same("requests", views, view)
         # Knobs turn the map, and all else changes the picture.
@@ -572,16 +582,22 @@ class Bench:
     def write_manifest(self):
         (self.folder / "broken.obj").write_text("v 0 0 0\n")
         third = {"mesh": "broken.obj"}
-        text = "".join(f"[[fit]]\n{toml_of(table, self.mesh)}" for table in (MANIFEST, SECOND_FIT, third))
+        text = "".join(f"[[fit]]\n{toml_of(table, self.mesh)}" for table in (self.first_fit(), SECOND_FIT, third))
         (self.folder / "m.toml").write_text(text)
         (self.folder / "x.toml").write_text('[[fit]]\nmesh = "broken.obj"\nzzz = 1\n')
         said = subprocess.run([self.program, "batch", self.folder / "x.toml", "--check"], capture_output=True, text=True)
         names = re.search("the options of a fit are: (.+)", said.stderr).group(1).split(", ")
-        expect_same("a manifest", names, {**MANIFEST, **SECOND_FIT})
+        expect_same("a manifest", names, {**self.first_fit(), **SECOND_FIT})
+
+    def first_fit(self):
+        """A fit of a manifest with every key but max_factors."""
+        settings = {name[2:].replace("-", "_"): typed(self.example("fit", name)) for name in self.settings("fit")}
+        del settings["max_factors"]
+        return {**MANIFEST, **settings}
 
     def check_batch(self):
         """Options show in the entries' settings, and what was to be made is there."""
-        for name, table in (("all", MANIFEST), ("auto", SECOND_FIT)):
+        for name, table in (("all", self.first_fit()), ("auto", SECOND_FIT)):
             entry = json.loads((self.folder / f"batch/{name}.status.json").read_text())
             for key, value in table.items():
                 if key in entry["settings"]:
@@ -659,7 +675,7 @@ def expect_same(what, names, table):
 def expect_all_given(bench):
     expect_same("the program", bench.commands, RUNS)
     for command, runs in RUNS.items():
-        given = {option for number, run in enumerate(runs) for option in {**run.options, **bench.shared(command, number)}}
+        given = {option for number in range(len(runs)) for option in bench.options(command, number)}
         expect_same(f"'{command}'", [name for name in bench.names(command) if not name.startswith("--help")],
                     {option: None for option in given if option != "--json"} | {"--json": None})
         most = max(len(run.arguments) for run in runs)

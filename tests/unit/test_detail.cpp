@@ -7,8 +7,8 @@
 
 #include "map/reference_iteration.hpp"
 #include "qjulia/detail.hpp"
-#include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/radial_spread.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
 

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "qjulia/colors.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture_settings.hpp"
@@ -28,38 +30,56 @@ std::vector<json> angles_of(const Quaternion& q) {
           degrees(q.w, q.z)};
 }
 
-Form form_of(double value) { return {"numbers", {value}}; }
-Form form_of(int value) { return {"numbers", {value}}; }
-Form form_of(std::uint64_t value) { return {"seed", {value}}; }
-/// Null where it is not given, and the page finds it.
-Form form_of(const std::optional<double>& value) {
-  return value ? form_of(*value) : Form{"numbers", {nullptr}};
-}
-Form form_of(const Eigen::Vector3d&) { return {"point", {nullptr}}; }
-Form form_of(const Box&) { return {"point", {nullptr}}; }
-Form form_of(const Quaternion& value) { return {"phase", angles_of(value)}; }
-Form form_of(const Rotation& value) { return {"rotation", {value.degrees, "x"}}; }
-Form form_of(Material value) { return {"word", {to_string(value)}}; }
-Form form_of(const Palette&) { return {"word", {palette_names().front()}}; }
-Form form_of(UpAxis value) { return {"word", {to_string(value)}}; }
-Form form_of(const Lamp& lamp) {
-  return {"numbers", {lamp.azimuth, lamp.elevation, lamp.strength}};
-}
+/// The form of each type of value that pages have controls for.
+class FormOf {
+ public:
+  explicit FormOf(const Setting& setting) : setting_(setting) {}
 
-template <class Value>
-Form form_of(const std::optional<Value>& value) {
-  return form_of(value.value_or(Value{}));
-}
+  Form operator()(const double* value) const { return {"numbers", {*value}}; }
+  Form operator()(const int* value) const { return {"numbers", {*value}}; }
+  /// Null where it is not given, and the page finds it.
+  Form operator()(const std::optional<double>* value) const {
+    return {"numbers", {*value ? json(**value) : json()}};
+  }
+  Form operator()(const std::optional<std::uint64_t>* value) const {
+    return {"seed", {value->value_or(0)}};
+  }
+  Form operator()(const std::optional<Eigen::Vector3d>*) const { return {"point", {nullptr}}; }
+  Form operator()(const std::optional<Quaternion>* value) const {
+    return {"phase", angles_of(value->value_or(Quaternion{}))};
+  }
+  Form operator()(const std::optional<Rotation>* value) const {
+    return {"rotation", {value->value_or(Rotation{}).degrees, "x"}};
+  }
+  Form operator()(const WordPlace& value) const {
+    return {"word", {setting_.words.at(value.index())}};
+  }
+  Form operator()(const Palette*) const { return {"word", {palette_names().front()}}; }
+  Form operator()(const std::optional<UpAxis>* value) const {
+    return {"word", {to_string(value->value_or(UpAxis{}))}};
+  }
+  Form operator()(const Lamp* lamp) const {
+    return {"numbers", {lamp->azimuth, lamp->elevation, lamp->strength}};
+  }
+  template <class Value>
+  Form operator()(const Value*) const {
+    throw Error("pages have no control for " + setting_.name);
+  }
+
+ private:
+  const Setting& setting_;
+};
 
 /// @param most what the map bears.
-json control_json(const Control& control, const std::string& help, const json& usual, double most) {
+json control_json(const Control& control, const Setting& setting, const json& usual, double most) {
   json made = {{"name", control.name},
                {"label", control.label},
-               {"help", control.help.empty() ? help : control.help},
+               {"help", control.help.empty() ? setting.help : control.help},
                {"usual", usual}};
-  if (!control.words.empty()) {
+  const std::vector<std::string>& words = control.words.empty() ? setting.words : control.words;
+  if (!words.empty()) {
     made["words"] = json::array({usual});  // the usual one first
-    for (const std::string& word : control.words) {
+    for (const std::string& word : words) {
       if (json(word) != usual) made["words"].push_back(word);
     }
     return made;
@@ -77,7 +97,7 @@ json control_json(const Control& control, const std::string& help, const json& u
 json setting_json(const Setting& setting, const Form& form, double most) {
   json controls = json::array();
   for (std::size_t i = 0; i < setting.controls.size(); ++i) {
-    controls.push_back(control_json(setting.controls[i], setting.help, form.usual.at(i), most));
+    controls.push_back(control_json(setting.controls[i], setting, form.usual.at(i), most));
   }
   return {{"option", setting.option()},
           {"type", form.type},
@@ -91,19 +111,17 @@ std::string page_settings(const Map& map) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   PictureOptions usual;
   usual.camera.up = map.frame.up.value_or(kDefaultUp);
-  const MapKnobs knobs = knobs_of(map);
+  MapKnobs knobs = knobs_of(map);
   json of_map = json::array(), of_picture = json::array();
   for (const PictureSetting& setting : picture_settings()) {
     if (setting.controls.empty()) continue;
-    const Form form =
-        std::visit([&](const auto place) { return form_of(place(usual)); }, setting.value);
+    const Form form = std::visit(FormOf(setting), setting.place(usual));
     (setting.name == "iterations" ? of_map : of_picture)
         .push_back(setting_json(setting, form, kInfinity));
   }
   for (const Knob& knob : knob_table()) {
     if (knob.controls.empty() || !knob.why_not(map).empty()) continue;
-    const Form form =
-        std::visit([&](const auto member) { return form_of(knobs.*member); }, knob.value);
+    const Form form = std::visit(FormOf(knob), knob.place(knobs));
     of_map.push_back(setting_json(knob, form, knob.most_of(map)));
   }
   return json{{"map", of_map}, {"picture", of_picture}, {"escape", kUsualEscape}}.dump();

@@ -44,71 +44,74 @@ std::vector<double> numbers(std::string_view text, std::size_t count) {
   throw InputError(fmt::format("give {} numbers with commas between them", count));
 }
 
-template <class Number>
-requires std::is_arithmetic_v<Number>
-void read(std::string_view text, Number& value) { value = query_number<Number>(text); }
-
-void read(std::string_view text, bool& value) {
-  if (text != "0" && text != "1")
-    throw InputError(fmt::format("'{}' cannot be used; give 0 or 1", text));
-  value = text == "1";
+bool query_flag(std::string_view text) {
+  if (text == "0" || text == "1") return text == "1";
+  throw InputError(fmt::format("'{}' cannot be used; give 0 or 1", text));
 }
 
-void read(std::string_view text, Eigen::Vector3d& value) {
-  const std::vector<double> v = numbers(text, 3);
-  value = Eigen::Vector3d(v[0], v[1], v[2]);
-}
+/// Reads a value of each type from the text of a query.
+class ReadText {
+ public:
+  ReadText(const Setting& setting, std::string_view text) : setting_(setting), text_(text) {}
 
-void read(std::string_view text, Lamp& value) {
-  const std::vector<double> v = numbers(text, 3);
-  value = {v[0], v[1], v[2]};
-}
-
-void read(std::string_view text, Quaternion& value) {
-  const std::vector<double> v = numbers(text, 4);
-  value = Quaternion{v[0], v[1], v[2], v[3]};
-}
-
-void read(std::string_view text, Rotation& value) {
-  const std::vector<double> v = numbers(text, 4);
-  value = Rotation{{v[0], v[1], v[2]}, v[3]};
-}
-
-void read(std::string_view text, Box& value) {
-  const std::vector<double> v = numbers(text, 6);
-  value = Box{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
-}
-
-std::string material_names() {
-  std::string names;
-  for (const Material material : materials()) {
-    if (!names.empty()) names += ", ";
-    names += to_string(material);
+  template <class Number>
+  requires std::is_arithmetic_v<Number>
+  void operator()(Number* value) const { *value = query_number<Number>(text_); }
+  void operator()(bool* value) const { *value = query_flag(text_); }
+  void operator()(std::string* value) const { *value = text_; }
+  void operator()(const WordPlace& value) const { value.set(setting_.index_of(text_)); }
+  void operator()(DetailChoice* value) const {
+    const auto word = detail_word_named(text_);
+    *value = word ? DetailChoice(*word) : DetailChoice(query_number<double>(text_));
   }
-  return names;
-}
+  void operator()(Eigen::Vector3d* value) const {
+    const std::vector<double> v = numbers(text_, 3);
+    *value = {v[0], v[1], v[2]};
+  }
+  void operator()(Lamp* value) const {
+    const std::vector<double> v = numbers(text_, 3);
+    *value = {v[0], v[1], v[2]};
+  }
+  void operator()(Quaternion* value) const {
+    const std::vector<double> v = numbers(text_, 4);
+    *value = {v[0], v[1], v[2], v[3]};
+  }
+  void operator()(Rotation* value) const {
+    const std::vector<double> v = numbers(text_, 4);
+    *value = {{v[0], v[1], v[2]}, v[3]};
+  }
+  void operator()(Box* value) const {
+    const std::vector<double> v = numbers(text_, 6);
+    *value = {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+  }
+  void operator()(Palette* value) const {
+    const auto palette = palette_named(text_);
+    if (!palette) throw InputError("give the name of a palette");
+    *value = *palette;
+  }
+  void operator()(UpAxis* value) const {
+    const auto up = up_axis_named(text_);
+    if (!up) throw InputError("give x, y, z, -x, -y or -z");
+    *value = *up;
+  }
+  template <class Value>
+  void operator()(std::optional<Value>* value) const {
+    operator()(&value->emplace());
+  }
 
-void read(std::string_view text, Material& value) {
-  const auto material = material_named(text);
-  if (!material) throw InputError(fmt::format("give one of {}", material_names()));
-  value = *material;
-}
+ private:
+  const Setting& setting_;
+  std::string_view text_;
+};
 
-void read(std::string_view text, Palette& value) {
-  const auto palette = palette_named(text);
-  if (!palette) throw InputError("give the name of a palette");
-  value = *palette;
-}
-
-void read(std::string_view text, UpAxis& value) {
-  const auto up = up_axis_named(text);
-  if (!up) throw InputError("give x, y, z, -x, -y or -z");
-  value = *up;
-}
-
-template <class Value>
-void read(std::string_view text, std::optional<Value>& value) {
-  read(text, value.emplace());
+/// @throws InputError
+void read_setting(std::string_view text, const Setting& setting, const ValuePlace& place) {
+  std::visit(ReadText(setting, text), place);
+  try {
+    expect_in_range(setting, place);
+  } catch (const OptionError& error) {
+    throw InputError(error.problem());  // the name of the query is put before it
+  }
 }
 
 void read_size(std::string_view text, ViewRequest& view) {
@@ -127,7 +130,7 @@ void read_size(std::string_view text, ViewRequest& view) {
 
 void read_samples(std::string_view text, ViewRequest& view) {
   int& samples = view.picture.samples_per_axis;
-  read(text, samples);
+  samples = query_number<int>(text);
   if (samples < 1 || samples > ViewRequest::kMostSamples) {
     throw InputError(fmt::format("give 1 to {}", ViewRequest::kMostSamples));
   }
@@ -153,36 +156,16 @@ struct Part {
 
 using Changes = Part::Changes;
 
-template <class Value>
-void expect_in_range(const Setting& setting, const Value& value) {
-  if constexpr (std::is_arithmetic_v<Value>) setting.expect_in_range(static_cast<double>(value));
-}
-
-template <class Value>
-void expect_in_range(const Setting& setting, const std::optional<Value>& value) {
-  expect_in_range(setting, value.value());
-}
-
 Part part_of(const Knob& knob) {
   return {Changes::knobs, [&knob](std::string_view text, ViewRequest& view) {
-            std::visit(
-                [&](const auto member) {
-                  read(text, view.knobs.*member);
-                  expect_in_range(knob, view.knobs.*member);
-                },
-                knob.value);
+            read_setting(text, knob, knob.place(view.knobs));
           }};
 }
 
 Part part_of(const PictureSetting& setting) {
   return {setting.is_of_camera ? Changes::camera : Changes::studio,
           [&setting](std::string_view text, ViewRequest& view) {
-            std::visit(
-                [&](const auto place) {
-                  read(text, place(view.picture));
-                  expect_in_range(setting, place(view.picture));
-                },
-                setting.value);
+            read_setting(text, setting, setting.place(view.picture));
           }};
 }
 
@@ -198,8 +181,10 @@ using Parts = std::map<std::string, Part, std::less<>>;
 const Parts& parts() {
   static const Parts all = [] {
     Parts made{
-        {"draft", {Changes::studio, [](auto text, auto& view) { read(text, view.is_draft); }}},
-        {"steady", {Changes::camera, [](auto text, auto& view) { read(text, view.is_steady); }}},
+        {"draft",
+         {Changes::studio, [](auto text, auto& view) { view.is_draft = query_flag(text); }}},
+        {"steady",
+         {Changes::camera, [](auto text, auto& view) { view.is_steady = query_flag(text); }}},
         {"size", {Changes::size, read_size}},
         {"samples", {Changes::studio, read_samples}},
         {"shows", {Changes::studio, read_shows}},

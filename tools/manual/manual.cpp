@@ -42,7 +42,7 @@ void write(const std::filesystem::path& folder, const std::string& date) {
   base::write_file(folder / "qjulia.fish", fish_completion(program));
 }
 
-/// Names, letters and values of every command's options and arguments.
+/// Names, letters, values and, of settings, an example of every command's options and arguments.
 nlohmann::ordered_json options_json(const ProgramUsage& program) {
   nlohmann::ordered_json all;
   for (const CommandUsage& command : program.commands) {
@@ -51,6 +51,7 @@ nlohmann::ordered_json options_json(const ProgramUsage& program) {
                                    {"letter", option.letter},
                                    {"values", option.values},
                                    {"is_positional", option.is_positional}});
+      if (option.example) all[command.name].back()["example"] = *option.example;
     }
   }
   return all;

@@ -71,7 +71,7 @@ class FitWorker {
 
   batch::EntryResult operator()(const batch::BatchEntry& entry, const std::filesystem::path& folder,
                                 const ProgressMonitor& monitor) const {
-    const FitOptions options = checked_options(entry.options);
+    const FitOptions options = fit_options(entry.options);
     FitOrigin origin = origin_of(entry.mesh, options);
     origin.options = without_schedule_folder(std::move(origin.options));
     const auto [mesh, mesh_report] = read_and_inspect_mesh(entry.mesh, monitor.stop);
@@ -190,7 +190,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
   if (!outputs.compare.empty()) {
     rest += fmt::format(" {} at {}", fmt::join(outputs.compare, ","), outputs.compare_resolution);
   }
-  const nlohmann::json options = without_schedule_folder(to_json(checked_options(entry.options)));
+  const nlohmann::json options = without_schedule_folder(to_json(fit_options(entry.options)));
   batch::FitKey key{{}, text_hash(options.dump() + rest)};
   try {
     key.inputs = file_hash(entry.mesh);
@@ -202,7 +202,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
 
 /// For the summary: every option, and the version of the program.
 nlohmann::json settings(const batch::BatchEntry& entry) {
-  nlohmann::json all = without_schedule_folder(to_json(checked_options(entry.options)));
+  nlohmann::json all = without_schedule_folder(to_json(fit_options(entry.options)));
   all["version"] = version();
   return all;
 }
@@ -334,7 +334,7 @@ batch::Manifest read(const BatchArguments& arguments, const std::stop_token& sto
     throw InputError("--retry-failed needs --resume; without it, everything is done again");
   }
   const batch::FitOptionsCheck check = [](const std::vector<batch::ManifestOption>& options) {
-    checked_options(options);
+    fit_options(options);
   };
   return batch::read_manifest(arguments.manifest, check, arguments.resume, stop);
 }

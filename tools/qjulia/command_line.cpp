@@ -249,6 +249,9 @@ OptionUsage usage_of(const CLI::Option& option, const CommandNotes& notes) {
   if (const auto found = notes.completions.find(&option); found != notes.completions.end()) {
     usage.completion = found->second;
   }
+  if (const auto found = notes.examples.find(&option); found != notes.examples.end()) {
+    usage.example = found->second;
+  }
   return usage;
 }
 
@@ -268,6 +271,10 @@ bool is_direction(std::string_view word) { return word == "-x" || word == "-y" |
 double finite_number(const std::string& word) { return read_number<double>(word); }
 
 int whole_number(const std::string& word) { return read_number<int>(word); }
+
+void read_value(const std::string& word, const Target& target) {
+  std::visit([&](auto* value) { read(word, *value); }, target);
+}
 
 Option Option::range(double low, double high) const {
   option_->check(CLI::Validator(
@@ -300,6 +307,11 @@ Option Option::needs(const Option& other) const {
 
 Option Option::default_text(const std::string& text) const {
   option_->default_str(text);
+  return *this;
+}
+
+Option Option::example(const std::string& words) const {
+  notes_->examples[option_] = words;
   return *this;
 }
 
@@ -336,9 +348,7 @@ Option Command::word(const std::string& names, const std::string& type,
 
 Option Command::add(const std::string& names, Target target, const std::string& type,
                     const std::string& description) const {
-  const auto take = [target](const std::string& word) {
-    std::visit([&](auto* value) { read(word, *value); }, target);
-  };
+  const auto take = [target](const std::string& word) { read_value(word, target); };
   return word(names, type, take, description)
       .default_text(std::visit([](const auto* value) { return shown(*value); }, target));
 }

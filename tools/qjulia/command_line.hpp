@@ -27,8 +27,16 @@ namespace qjulia::tools {
 double finite_number(const std::string& word);
 int whole_number(const std::string& word);
 
+/// Where a value goes. An optional one stays empty unless the option is given; the others show
+/// their value as the default.
+using Target = std::variant<std::string*, int*, std::uint64_t*, double*, std::optional<int>*,
+                            std::optional<std::uint64_t>*, std::optional<double>*>;
+/// @throws InputError for a word that is no such value.
+void read_value(const std::string& word, const Target& target);
+
 /// What CLI11 has no place for.
 struct CommandNotes {
+  std::map<const CLI::Option*, std::string> examples;
   std::map<const CLI::Option*, Completion> completions;
   /// What happens to a command that was typed, before it is run.
   std::map<const CLI::App*, std::vector<std::function<void()>>> once_chosen;
@@ -53,6 +61,9 @@ class Option {
   /// The value that holds without it, as the help shows it.
   Option default_text(const std::string& text) const;
 
+  /// Words that may be given, for tests.
+  Option example(const std::string& words) const;
+
   /// What shells offer for its value: these words, files that end so (or any file), folders.
   Option offers(const std::vector<std::string>& words) const;
   Option offers_files(const std::vector<std::string>& extensions = {}) const;
@@ -68,11 +79,6 @@ class Option {
   CLI::Option* option_;
   CommandNotes* notes_;
 };
-
-/// Where a value goes. An optional one stays empty unless the option is given; the others show
-/// their value as the default.
-using Target = std::variant<std::string*, int*, std::uint64_t*, double*, std::optional<int>*,
-                            std::optional<std::uint64_t>*, std::optional<double>*>;
 
 /// A command to describe. A handle: copies are the same command. Targets must outlive the parsing.
 /// @param names such as "-o,--output"; without dashes it is positional.

@@ -12,8 +12,10 @@
 #include "map_options.hpp"
 #include "picture_options.hpp"
 #include "provenance.hpp"
+#include "qjulia/compare_settings.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/picture.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -103,19 +105,19 @@ void describe_compare(Command command, CompareArguments& a) {
       .input("MESH", a.mesh,
              "The mesh it was fitted to: " + extension_list(FileContent::mesh, FileUse::read))
       .offers_files(readable({FileContent::mesh}));
-  command.add("--resolution", &a.options.resolution, "INT", "Cells along each side of the cube");
+  for (const char* name : {"resolution", "limbs"}) {
+    const auto& setting = setting_named(compare_settings(), name, "comparisons");
+    add_setting(command, setting, setting.place(a.options));
+  }
   const Option picture =
       command
           .file("--picture", a.picture, "FILE.png",
                 "Also draw mesh, potential, set and the distance of set from mesh as colour: .png "
                 "of four pictures with a scale")
           .offers_files({".png"});
-  command.flag("--limbs", a.options.limbs,
-               "Also count the mesh's limbs (arms, legs, ears; a tenth of its longest side and "
-               "more), and those that the set keeps to the last quarter of their length");
   add_size(command, a.view).needs(picture);
   for (const Option& option : add_camera(command, a.view)) option.needs(picture);
-  add_map_options(command, a.map_options, "Only what lies in it is compared. Default: all");
+  add_map_options(command, a.map_options, "all");
   add_device_to_use(command, a.device);
 }
 

@@ -18,7 +18,9 @@
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/original_file.hpp"
+#include "qjulia/picture_settings.hpp"
 #include "qjulia/surface.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -226,7 +228,10 @@ void describe_convert(Command command, ConvertArguments& a) {
            "factors make at n = 1, since the map does not hold the mesh that it was fitted to. It "
            "takes as long as a fit of N factors")
       .range(8, 20000);
-  add_up(command, a.up, "The shape's axis that points up; auto is what the map says");
+  add_setting(command,
+              with_help(picture_setting_named("up"),
+                        "The shape's axis that points up; auto is what the map says"),
+              &a.up);
   add_knobs(command, a.map_options);
   add_device_to_use(command, a.device);
 }

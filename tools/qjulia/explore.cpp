@@ -24,8 +24,10 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
+#include "qjulia/fit_settings.hpp"
 #include "qjulia/map_file.hpp"
 #include "report/html.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -34,7 +36,7 @@ struct ExploreArguments {
   std::string input;
   std::string output;  ///< where a fit's map goes; empty: nowhere
   TrustedDevice device;
-  FitArguments fit;
+  FitOptions fit;
   bool opens = false;
   explore::ServerOptions options;
 };
@@ -43,7 +45,8 @@ struct ExploreArguments {
 /// while this one waits.
 explore::FitTask fit_task(const ExploreArguments& arguments, const Device& device,
                           Session& session) {
-  const FitOptions options = checked_options(arguments.fit);
+  const FitOptions& options = arguments.fit;
+  options.validate();
   const FitOrigin origin = origin_of(arguments.input, options);
   explore::FitTask task{session.read_mesh(arguments.input), options};
   task.on_progress = session.monitor().on_progress;
@@ -86,8 +89,7 @@ void check_input(const ExploreArguments& arguments, Session& session) {
     check_map_name(arguments.output);
     return session.check_outputs({arguments.input}, {{"--output", arguments.output}});
   }
-  if (arguments.output.empty() && !arguments.fit.options.factors && !arguments.fit.time_limit)
-    return;
+  if (arguments.output.empty() && !arguments.fit.factors && !arguments.fit.time_limit) return;
   throw InputError(fmt::format(
       "--output, --factors and --time-limit belong to a fit, which needs a mesh, but '{}' is a map",
       arguments.input));
@@ -209,8 +211,10 @@ void describe_explore(Command command, ExploreArguments& a) {
       .file("-o,--output", a.output, "MAP",
             "Map file to write when a mesh is fitted. Default: none")
       .offers_files({".json"});
-  add_fit_size(command, a.fit,
-               "Seconds after which a mesh's fit ends with what it has reached. Default: none");
+  for (const char* name : {"factors", "time_limit"}) {
+    const FitSetting& setting = fit_setting_named(name);
+    add_setting(command, setting, setting.place(a.fit));
+  }
   command.flag("--open", a.opens, "Open the page in the desktop's browser");
   command.add("--port", &a.options.port, "N", "Port of the page; 0: any that is free")
       .range(0, 65535);

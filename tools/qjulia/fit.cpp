@@ -31,14 +31,14 @@ struct FitCommandArguments {
   OutputName output;
   TrustedDevice device;
   std::string report;  ///< folder; empty: none
-  FitArguments fit;
+  FitOptions fit;
   bool resume = false;
 };
 
 std::string summary(const FitCommandArguments& arguments, const FitResult& result, bool verbose) {
   return fmt::format("{}\n{}\nmap: {}\nnext: qjulia render {} -o picture.png",
                      verbose ? full_summary(result) : brief_summary(result),
-                     up_line(*result.map.frame.up, arguments.fit.options.up), arguments.output.path,
+                     up_line(*result.map.frame.up, arguments.fit.up), arguments.output.path,
                      shell_word(arguments.output.path));
 }
 
@@ -164,7 +164,7 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
     if (arguments.output.must_be_new && !std::filesystem::exists(checkpoint_file(arguments))) {
       base::check_writable(output_named("--output", arguments.output));
     }
-    start.mesh = read_in_time(arguments.mesh, options.time_limit, session);
+    start.mesh = read_in_time(arguments.mesh, options.most_seconds(), session);
     start.device = session.open_device(device);
   } else {
     start.mesh = qjulia::read_mesh(arguments.mesh, session.monitor().stop);
@@ -225,8 +225,9 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
   FitOptions options;
   FitStart begun;
   const int code = together(ranks, [&]() -> int {
-    options = checked_options(arguments.fit);
-    if (!arguments.fit.sample_parts) options.sample_parts = ranks.size();
+    options = arguments.fit;
+    options.validate();
+    if (!options.sample_parts) options.sample_parts = ranks.size();
     begun = start(arguments, options, ranks, session);
     return kDone;
   });
@@ -239,7 +240,7 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
   return together(ranks, [&]() -> int {
     FitOptions remaining = options;
     // The limit covers the whole command; some time must remain.
-    remaining.time_limit = std::max(options.time_limit - session.seconds(), 1e-3);
+    remaining.time_limit = std::max(options.most_seconds() - session.seconds(), 1e-3);
     remaining.checkpoint = checkpoint_file(arguments);
     remaining.resume = arguments.resume;
     FitResult result = fit_or_tell(begun, remaining, session, ranks);

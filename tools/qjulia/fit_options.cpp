@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "map_options.hpp"
-#include "options.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/fit_settings.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -26,84 +26,19 @@ std::string option_names(const CommandLine& command) {
 
 }  // namespace
 
-void add_fit_size(Command command, FitArguments& a, const char* time_limit_help) {
-  const auto read_factors = [&a](const std::string& text) {
-    a.options.factors.reset();
-    if (text != "auto") a.options.factors = whole_number(text);
-  };
-  command
-      .word("--factors", "NUMBER|auto", read_factors,
-            "Factors of the map, 8 to 20000, or 'auto': as many as settle in the time limit on "
-            "this device, or as the schedule says where there is none. More follow the shape more "
-            "closely; the fit, surfaces and pictures take longer")
-      .default_text("auto")
-      .offers({"auto"});
-  command.add("--time-limit", &a.time_limit, "SECONDS", time_limit_help);
-}
-
-void add_fit_options(Command command, FitArguments& a) {
-  add_fit_size(command, a,
-               "Seconds of the whole command (with --resume, of this run); the map reached by then "
-               "is saved. Default: none");
-  command
-      .add("--max-factors", &a.max_factors, "INT",
-           "The largest number that 'auto' stands for, 8 to 20000")
-      .default_text(fmt::format("{}", a.options.max_factors));
-  add_detail(command, a.options.detail);
-  add_steepness_and_up(command, a.options.steepness, a.options.up);
-  command.add("--target-iou", &a.options.target_iou, "NUMBER",
-              "End after the first stage whose map has this IoU or more on a grid of 48 cells a "
-              "side; above 0, at most 1. Default: none");
-  command.add("--max-evaluations", &a.options.max_evaluations, "INT",
-              "Maximum number of evaluations of energy and gradient. Default: the schedule's own");
-  command.add("--seed", &a.options.seed, "INT",
-              "Seed of all random choices. The same seed, options and device give the same factors "
-              "bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' has "
-              "changed the device's settings");
-  command
-      .add("--schedule", &a.options.schedule, "TEXT",
-           "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' (the "
-           "course of Kim 2015), or a .toml file of levels")
-      .offers({"tight", "fast", "paper"})
-      .offers_files({".toml"});
-  command.flag("--polish", a.options.polish,
-               "Spend the last two fifths of the fit on the iterated set itself, at the wanted "
-               "detail: closer to the shape, and less rough");
-  command.choice("--unknowns", a.options.unknowns,
-                 {{"all", Unknowns::all}, {"exponents", Unknowns::exponents}},
-                 "What the fit may change: exponents alone, or exponents and centres");
-  command.choice("--placement", a.options.placement,
-                 {{"depth", Placement::depth}, {"paper", Placement::paper}},
-                 "Where factors start: 'depth' spreads them inside and about the shape, 'paper' "
-                 "puts them on the surface as point charges (Kim 2015)");
-  command.add("--sample-parts", &a.sample_parts, "INT",
-              "Equal parts of the samples over which energies are summed; under mpirun, ranks "
-              "share them. The same number gives the same factors bit for bit on any number of "
-              "ranks. Default: the number of ranks");
-  add_precision(command, a.options.precision, "Arithmetic on the device");
-}
-
-FitOptions checked_options(const FitArguments& arguments) {
-  FitOptions options = arguments.options;
-  if (arguments.max_factors) {
-    if (options.factors) {
-      throw OptionError("max_factors",
-                        fmt::format("it bounds the number that 'auto' chooses, and {} factors are "
-                                    "asked for; leave out one of the two",
-                                    *options.factors));
+void add_fit_options(Command command, FitOptions& options) {
+  for (const FitSetting& setting : fit_settings()) {
+    const Option option = add_setting(command, setting, setting.place(options));
+    if (setting.name == "schedule") {
+      option.offers({"tight", "fast", "paper"}).offers_files({".toml"});
     }
-    options.max_factors = *arguments.max_factors;
   }
-  if (arguments.sample_parts) options.sample_parts = *arguments.sample_parts;
-  if (arguments.time_limit) options.time_limit = *arguments.time_limit;
-  options.validate();
-  return options;
 }
 
-FitOptions checked_options(const std::vector<batch::ManifestOption>& options) {
+FitOptions fit_options(const std::vector<batch::ManifestOption>& options) {
   CommandLine command;
-  FitArguments arguments;
-  add_fit_options(command.root(), arguments);
+  FitOptions read;
+  add_fit_options(command.root(), read);
   std::vector<std::string> words;
   for (const auto& [name, values, line] : options) {
     if (!command.has_option(name)) {
@@ -121,7 +56,8 @@ FitOptions checked_options(const std::vector<batch::ManifestOption>& options) {
     words.push_back(values.empty() ? "--" + name : fmt::format("--{}={}", name, values.front()));
   }
   command.parse(std::move(words));
-  return checked_options(arguments);
+  read.validate();
+  return read;
 }
 
 }  // namespace qjulia::tools

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/setting_json.hpp"
 #include "commands.hpp"
 #include "device_obstacles.hpp"
 #include "files.hpp"
@@ -21,7 +22,6 @@
 #include "qjulia/mesh.hpp"
 #include "qjulia/shape.hpp"
 #include "qjulia/tuning_cache.hpp"
-#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -182,7 +182,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
                  {"turned_parts", report.turned_parts},
                  {"closed", report.closed()},
                  {"figures", to_json(figures)},
-                 {"box", value_json(box)},
+                 {"box", base::value_json(box)},
                  {"up", to_string(up)},
                  {"warnings", report.warnings()}};
   if (const auto device = device_for(arguments, answer)) {
@@ -297,7 +297,7 @@ void describe_shape(const Map& map, Answer& answer) {
   if (const auto& r = map.frame.inradius) {
     answer.add(fmt::format("inradius      {:.4g}, shape units", *r), "inradius", *r);
   }
-  if (map.frame.box) answer.add(to_text(*map.frame.box), "box", value_json(*map.frame.box));
+  if (map.frame.box) answer.add(to_text(*map.frame.box), "box", base::value_json(*map.frame.box));
   if (map.frame.up) {
     answer.add(fmt::format("up            {}", to_string(*map.frame.up)), "up",
                to_string(*map.frame.up));

@@ -30,20 +30,14 @@ struct MapOptions {
   std::vector<Option> options;
 };
 
-/// --detail, for commands that make a map from a mesh.
-void add_detail(Command command, DetailChoice& detail);
-
-/// --steepness and --up of such a map.
-void add_steepness_and_up(Command command, double& steepness, std::optional<UpAxis>& up);
-
 /// The knobs alone. `options` must stay where it is.
 void add_knobs(Command command, MapOptions& options);
 
 /// All of them: --iterations, the knobs, --box, --escape, --precision. `options` must stay where it
 /// is.
-/// @param box, escape what holds without --box and --escape.
+/// @param box, escape what holds without --box and --escape; empty: what holds in all commands.
 void add_map_options(Command command, MapOptions& options, const std::string& box,
-                     const std::string& escape = "Default: farther than any orbit returns from");
+                     const std::string& escape = {});
 
 /// A command's own options with what was given here. @throws InputError where either cannot be
 /// used.

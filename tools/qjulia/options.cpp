@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include "qjulia/error.hpp"
+#include "qjulia/orbit_settings.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 
@@ -17,22 +19,7 @@ void add_verbosity(Command command, Verbosity& verbosity) {
 }
 
 Option add_precision(Command command, Precision& precision, const std::string& description) {
-  return command.choice("--precision", precision,
-                        {{to_string(Precision::single), Precision::single},
-                         {to_string(Precision::dbl), Precision::dbl}},
-                        description);
-}
-
-Option add_up(Command command, std::optional<UpAxis>& up, const std::string& description) {
-  const auto read = [&up](const std::string& word) {
-    up = up_axis_named(word);
-    if (!up && word != "auto") {
-      throw InputError(fmt::format("'{}' is no direction; give x, y, z, -x, -y, -z or auto", word));
-    }
-  };
-  return command.word("--up", "x|y|z|-x|-y|-z|auto", read, description)
-      .default_text("auto")
-      .offers({"x", "y", "z", "-x", "-y", "-z", "auto"});
+  return add_setting(command, with_help(precision_setting(), description), WordPlace(precision));
 }
 
 Option add_box(Command command, const std::string& name, std::optional<Box>& box,

@@ -10,7 +10,6 @@
 #include "qjulia/box.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/figures.hpp"
-#include "qjulia/up_axis.hpp"
 
 namespace qjulia::tools {
 
@@ -19,9 +18,6 @@ void add_verbosity(Command command, Verbosity& verbosity);
 
 /// --precision.
 Option add_precision(Command command, Precision& precision, const std::string& description);
-
-/// --up. `up` stays empty for "auto".
-Option add_up(Command command, std::optional<UpAxis>& up, const std::string& description);
 
 /// Six numbers: a box's low corner and its high one, which is above it.
 Option add_box(Command command, const std::string& name, std::optional<Box>& box,

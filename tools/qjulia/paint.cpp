@@ -10,7 +10,9 @@
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/paint_settings.hpp"
 #include "qjulia/painting.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -135,11 +137,7 @@ void describe_paint(Command command, PaintArguments& a) {
   };
   command.word("--property", "NAME", take_property,
                "With --mesh: take shares, 0 to 1, from this property of a .ply's vertices instead");
-  command.add("--thickness", &a.options.thickness, "FRACTION",
-              "Bounds the shell by this share of the shape's own thickness, 0.01 to 2: thin limbs "
-              "then keep their shape, and thick parts all of the detail. 0.15 is a good value");
-  command.add("--elsewhere", &a.options.elsewhere, "SHARE",
-              "The share of places that no other option mentions");
+  add_settings(command, paint_settings(), a.options);
   command.flag("--clear", a.clear, "Takes the map's paint away, and paints nothing");
   add_device_to_use(command, a.device);
 }

@@ -8,13 +8,13 @@
 #include <optional>
 #include <vector>
 
+#include "base/setting_json.hpp"
 #include "base/text.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture_settings.hpp"
-#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -42,7 +42,7 @@ std::string printable(const std::string& text) {
 std::string palette_word(const nlohmann::json& colors) {
   for (const std::string& name : palette_names()) {
     const Palette palette = *palette_named(name);
-    if (value_json(palette) == colors ||
+    if (base::value_json(palette) == colors ||
         nlohmann::json::array({color_name(palette.clay)}) == colors) {
       return name;
     }

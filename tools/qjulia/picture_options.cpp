@@ -9,6 +9,7 @@
 #include "options.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture_settings.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -34,50 +35,6 @@ Rgb color_of(const std::string& option, const std::string& word, const std::stri
   }
   return *found;
 }
-
-/// The option that gives a setting its value. That of a palette is `add_look`'s.
-class SettingOption {
- public:
-  SettingOption(Command command, const PictureSetting& setting, PictureOptions& options)
-      : command_(command), setting_(setting), options_(options) {}
-
-  template <class Number>
-  requires std::is_arithmetic_v<Number> Option operator()(Number& (*value)(PictureOptions&)) const {
-    return command_.add(name(), &value(options_), setting_.values, setting_.help);
-  }
-  Option operator()(std::optional<double>& (*value)(PictureOptions&)) const {
-    return command_.add(name(), &value(options_), setting_.values, with_default());
-  }
-  Option operator()(std::optional<Eigen::Vector3d>& (*value)(PictureOptions&)) const {
-    return add_vector(command_, name(), value(options_), with_default());
-  }
-  Option operator()(std::optional<Box>& (*value)(PictureOptions&)) const {
-    return add_box(command_, name(), value(options_), with_default());
-  }
-  Option operator()(std::optional<UpAxis>& (*value)(PictureOptions&)) const {
-    return add_up(command_, value(options_), setting_.help);
-  }
-  Option operator()(Material& (*value)(PictureOptions&)) const {
-    return add_material_choice(command_, value(options_), setting_.help);
-  }
-  Option operator()(Lamp& (*value)(PictureOptions&)) const {
-    Lamp& lamp = value(options_);
-    const auto take = [&lamp](const std::vector<double>& v) { lamp = {v[0], v[1], v[2]}; };
-    return command_.numbers(name(), setting_.values, take, setting_.help)
-        .default_text(fmt::format("{} {} {}", lamp.azimuth, lamp.elevation, lamp.strength));
-  }
-  Option operator()(Palette& (*)(PictureOptions&)) const {
-    throw Error("a palette is read together with the material");
-  }
-
- private:
-  std::string name() const { return "--" + setting_.option(); }
-  std::string with_default() const { return setting_.help + ". " + setting_.more; }
-
-  Command command_;
-  const PictureSetting& setting_;
-  PictureOptions& options_;
-};
 
 }  // namespace
 
@@ -124,25 +81,14 @@ std::vector<Option> add_camera(Command command, PictureOptions& options) {
   for (const char* name :
        {"azimuth", "elevation", "zoom", "look_at", "distance", "frame", "field_of_view", "up"}) {
     const PictureSetting& setting = picture_setting_named(name);
-    added.push_back(std::visit(SettingOption(command, setting, options), setting.value));
+    added.push_back(add_setting(command, setting, setting.place(options)));
   }
   return added;
 }
 
-Option add_material_choice(Command command, Material& material, const std::string& description) {
-  return command.choice("--material", material,
-                        {{to_string(Material::clay), Material::clay},
-                         {to_string(Material::iterations), Material::iterations},
-                         {to_string(Material::trap), Material::trap},
-                         {to_string(Material::groove), Material::groove},
-                         {to_string(Material::height), Material::height},
-                         {to_string(Material::factor), Material::factor}},
-                        description);
-}
-
 Option add_material(Command command, PictureOptions& options) {
   const PictureSetting& setting = picture_setting_named("material");
-  return std::visit(SettingOption(command, setting, options), setting.value);
+  return add_setting(command, setting, setting.place(options));
 }
 
 Option add_palette(Command command, std::string& palette, const std::string& description) {
@@ -197,7 +143,7 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
                           fmt::join(palette_names(), ", "), Palette::kMostStops))
       .group(kLookGroup);
   const PictureSetting& lamp = picture_setting_named("lamp");
-  std::visit(SettingOption(command, lamp, options), lamp.value).group(kLookGroup);
+  add_setting(command, lamp, lamp.place(options)).group(kLookGroup);
   for (const Option& option : add_range(command, options.range)) option.group(kLookGroup);
 }
 

@@ -19,9 +19,6 @@ std::vector<Option> add_camera(Command command, PictureOptions& options);
 /// --material.
 Option add_material(Command command, PictureOptions& options);
 
-/// --material, with a description of your own.
-Option add_material_choice(Command command, Material& material, const std::string& description);
-
 /// --range and --range-between.
 std::vector<Option> add_range(Command command, std::optional<MaterialRange>& range);
 

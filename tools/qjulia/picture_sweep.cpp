@@ -37,51 +37,67 @@ double whole(double value) {
   throw InputError(fmt::format("{} is not a whole number", value));
 }
 
-/// What of a knob can be swept: its number, or the angle of a turn about each axis.
-class KnobSetters {
+/// Adds what of a setting can be swept: its number, or the angle of a turn about each axis.
+class SweepOf {
  public:
-  KnobSetters(const Knob& knob, Setters& setters) : knob_(knob), setters_(setters) {}
+  using Place = std::function<ValuePlace(MapOptions&, PictureOptions&)>;
+  SweepOf(const Setting& setting, Place place, Setters& setters)
+      : setting_(setting), place_(std::move(place)), setters_(setters) {}
 
-  void operator()(std::optional<double> MapKnobs::*member) const {
-    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
-                                                            PictureOptions&) {
-      this_knob->expect_in_range(v);
-      m.knobs.*member = v;
+  template <class Number>
+  requires std::is_floating_point_v<Number>
+  void operator()(Number*) const { add_number(); }
+  void operator()(std::optional<double>*) const { add_number(); }
+  void operator()(std::optional<std::uint64_t>*) const {
+    setters_[setting_.option()] = [&setting = setting_, place = place_](double v, MapOptions& m,
+                                                                        PictureOptions& p) {
+      setting.expect_in_range(whole(v));
+      *std::get<std::optional<std::uint64_t>*>(place(m, p)) = static_cast<std::uint64_t>(v);
     };
   }
-  void operator()(std::optional<std::uint64_t> MapKnobs::*member) const {
-    setters_[knob_.option()] = [this_knob = &knob_, member](double v, MapOptions& m,
-                                                            PictureOptions&) {
-      this_knob->expect_in_range(whole(v));
-      m.knobs.*member = static_cast<std::uint64_t>(v);
-    };
-  }
-  void operator()(std::optional<Quaternion> MapKnobs::*member) const {
+  void operator()(std::optional<Quaternion>*) const {
     for (const int axis : {1, 2, 3}) {
-      setters_[fmt::format("{}-{}", knob_.option(), "-ijk"[axis])] =
-          [member, axis](double v, MapOptions& m, PictureOptions&) {
-            m.knobs.*member = turned_phase(axis, v);
+      setters_[fmt::format("{}-{}", setting_.option(), "-ijk"[axis])] =
+          [place = place_, axis](double v, MapOptions& m, PictureOptions& p) {
+            *std::get<std::optional<Quaternion>*>(place(m, p)) = turned_phase(axis, v);
           };
     }
   }
-  void operator()(std::optional<Eigen::Vector3d> MapKnobs::*) const {}
-  void operator()(std::optional<Rotation> MapKnobs::*) const {}
+  template <class Other>
+  void operator()(const Other&) const {}
 
  private:
-  const Knob& knob_;
+  void add_number() const {
+    setters_[setting_.option()] = [&setting = setting_, place = place_](double v, MapOptions& m,
+                                                                        PictureOptions& p) {
+      setting.expect_in_range(v);
+      const ValuePlace value = place(m, p);
+      if (auto* const* number = std::get_if<double*>(&value)) {
+        **number = v;
+      } else {
+        *std::get<std::optional<double>*>(value) = v;
+      }
+    };
+  }
+
+  const Setting& setting_;
+  Place place_;
   Setters& setters_;
 };
 
 const Setters& setters() {
   static const Setters all = [] {
     Setters made;
-    for (const Knob& knob : knob_table()) std::visit(KnobSetters(knob, made), knob.value);
+    MapOptions map_options;
+    PictureOptions options;
+    const auto add = [&](const Setting& setting, const SweepOf::Place& place) {
+      std::visit(SweepOf(setting, place, made), place(map_options, options));
+    };
+    for (const Knob& knob : knob_table()) {
+      add(knob, [&knob](MapOptions& m, PictureOptions&) { return knob.place(m.knobs); });
+    }
     for (const PictureSetting& setting : picture_settings()) {
-      if (const auto* place = std::get_if<double& (*)(PictureOptions&)>(&setting.value)) {
-        made[setting.option()] = [place = *place](double v, MapOptions&, PictureOptions& p) {
-          place(p) = v;
-        };
-      }
+      add(setting, [&setting](MapOptions&, PictureOptions& p) { return setting.place(p); });
     }
     made["iterations"] = [](double v, MapOptions& m, PictureOptions& p) {
       m.iterations = p.iterations = static_cast<int>(whole(v));

@@ -10,7 +10,9 @@
 #include "qjulia/field.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/portal_choice.hpp"
+#include "qjulia/portal_settings.hpp"
 #include "qjulia/surface.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -64,16 +66,7 @@ void describe_portals(Command command, PortalsArguments& a) {
       .offers_files(readable({FileContent::map}));
   command.output(a.output, "MAP", "Map file to write, such as stacked.qjulia.json")
       .offers_files({".json"});
-  command.add("--count", &a.options.count, "N", "Copies on the shape itself, 1 to 16");
-  command.add("--size", &a.options.size, "FRACTION",
-              "Size of a copy as a fraction of the shape's, 0.02 to 0.6");
-  command.choice("--mask", a.options.mask,
-                 {{"outside", PortalMask::outside},
-                  {"inside", PortalMask::inside},
-                  {"none", PortalMask::none}},
-                 "Points of its ball that a portal takes: those outside the shape, so that the "
-                 "copy is added to it; those inside, so that of the shape only what lies in the "
-                 "copy is left; or all, so that the copy stands in place of the shape");
+  add_settings(command, portal_settings(), a.options);
   add_device_to_use(command, a.device);
 }
 

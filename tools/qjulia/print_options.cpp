@@ -2,27 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
-#include <utility>
+#include <string>
 
+#include "base/setting_json.hpp"
 #include "options.hpp"
+#include "qjulia/print_settings.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
-
-constexpr double kShortest = 1e-6, kLongest = 1e9;
-
-/// Calls `use(name, value)` for lengths that are given, as the command names them.
-template <class Use>
-void for_given(const PrintOptions& options, const Use& use) {
-  const std::initializer_list<std::pair<const char*, const std::optional<double>&>> lengths{
-      {"height", options.height},       {"longest", options.longest},
-      {"max_error", options.max_error}, {"min_wall", options.min_wall},
-      {"flat_foot", options.flat_foot}, {"shell", options.shell}};
-  for (const auto& [name, value] : lengths) {
-    if (value) use(name, *value);
-  }
-}
 
 /// What became of the triangles, as a line.
 std::string decimation_text(const DecimationReport& report, bool is_measured) {
@@ -71,45 +61,25 @@ const char* ended_by(DecimationEnd end) {
 
 void add_print_options(Command command, PrintOptions& options, const Option& millimetres,
                        const Option& metres) {
-  const auto length = [&](const char* name, std::optional<double>& target, const char* text) {
-    return command.add(name, &target, "LENGTH", text).range(kShortest, kLongest).excludes({metres});
-  };
-  const Option height = length("--height", options.height,
-                               "Scale the mesh to this height along its up axis, in millimetres")
-                            .excludes({millimetres});
-  length("--longest", options.longest,
-         "Scale the mesh so that the longest side of its box has this length, in millimetres")
-      .excludes({millimetres, height});
-  command
-      .add("--max-triangles", &options.max_triangles, "INT",
-           "Decimate the mesh to at most this number of triangles, edge by edge, the flattest "
-           "places first")
-      .range(4, 1e9);
-  length(
-      "--max-error", options.max_error,
-      "Decimate the mesh as long as the result and the mesh stay within this distance of each "
-      "other, in millimetres if the mesh has a size in millimetres, else in the shape's units; "
-      "with --max-triangles, until the first of the two limits is reached. The summary says which "
-      "one ended it, and the farthest distance that was measured");
-  length("--min-wall", options.min_wall,
-         "Thicken walls that are thinner than this, until at most a hundredth of the surface has "
-         "thinner ones, as 'info --printable' measures them. This rounds edges");
-  length("--flat-foot", options.flat_foot,
-         "Cut this length off the lower end, flat, so that the print stands");
-  const Option shell = length("--shell", options.shell,
-                              "Hollow the mesh out, with a wall of this thickness, and drain it");
-  command
-      .add("--drain", &options.drain, "LENGTH",
-           "Diameter of the hole from the cavity's lowest place straight down; 0 for none")
-      .range(0, kLongest)
-      .needs(shell);
+  std::map<std::string, Option> added;
+  for (const auto& setting : print_settings()) {
+    const Option option = add_setting(command, setting, setting.place(options));
+    if (setting.values == "LENGTH" && setting.name != "drain") option.excludes({metres});
+    added.emplace(setting.name, option);
+  }
+  added.at("height").excludes({millimetres});
+  added.at("longest").excludes({millimetres, added.at("height")});
+  added.at("drain").needs(added.at("shell"));
 }
 
 nlohmann::json print_json(const PrintOptions& options) {
   nlohmann::json json = nlohmann::json::object();
-  for_given(options, [&](const char* name, double value) { json[name] = value; });
-  if (options.max_triangles) json["max_triangles"] = *options.max_triangles;
-  if (options.shell) json["drain"] = options.drain;
+  PrintOptions read = options;
+  for (const auto& setting : print_settings()) {
+    if (setting.name == "drain" && !options.shell) continue;
+    const nlohmann::json value = base::value_json(setting, setting.place(read));
+    if (!value.is_null()) json[setting.name] = value;
+  }
   return json;
 }
 

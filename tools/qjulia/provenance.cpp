@@ -9,12 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/setting_json.hpp"
 #include "base/text.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/fit_settings.hpp"
 #include "qjulia/picture_settings.hpp"
 #include "qjulia/version.hpp"
-#include "setting_json.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -89,35 +90,16 @@ nlohmann::json file_json(const std::filesystem::path& path) {
   return json;
 }
 
-nlohmann::json to_json(const DetailChoice& detail) {
-  if (const auto* number = std::get_if<double>(&detail)) return *number;
-  return to_string(detail);
-}
-
 std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen) {
   return fmt::format("up: {}{}", to_string(up),
                      chosen ? "" : ", a guess from the mesh; --up sets it");
 }
 
 nlohmann::json to_json(const FitOptions& options) {
-  nlohmann::json json = {{"factors", options.factors ? nlohmann::json(*options.factors) : "auto"},
-                         {"max_factors", options.max_factors},
-                         {"detail", to_json(options.detail)},
-                         {"steepness", options.steepness},
-                         {"up", value_json(options.up)},
-                         {"seed", options.seed},
-                         {"time_limit", nullptr},
-                         {"max_evaluations", value_json(options.max_evaluations)},
-                         {"target_iou", value_json(options.target_iou)},
-                         {"unknowns", options.unknowns == Unknowns::all ? "all" : "exponents"},
-                         {"placement", options.placement == Placement::paper ? "paper" : "depth"},
-                         {"precision", to_string(options.precision)},
-                         {"sample_parts", options.sample_parts},
-                         {"schedule", options.schedule},
-                         // Its name may say something else another day.
-                         {"schedule_fnv1a64", text_hash(schedule_text(options.schedule))},
-                         {"polish", options.polish}};
-  if (std::isfinite(options.time_limit)) json["time_limit"] = options.time_limit;
+  nlohmann::json json;
+  base::add_json(json, fit_settings(), options);
+  // Its name may say something else another day.
+  json["schedule_fnv1a64"] = text_hash(schedule_text(options.schedule));
   return json;
 }
 
@@ -178,11 +160,7 @@ nlohmann::json to_json(const PictureOptions& options) {
       {"background", options.backdrop == Backdrop::plain ? color_name(options.background)
                                                          : to_string(options.backdrop)},
       {"ground", options.ground}};
-  PictureOptions read = options;  // the table's places are those of options that may change
-  for (const PictureSetting& setting : picture_settings()) {
-    json[setting.name] =
-        std::visit([&](const auto place) { return value_json(place(read)); }, setting.value);
-  }
+  base::add_json(json, picture_settings(), options);
   json.erase("iterations");  // the map's options have them
   if (options.range) json["range"] = options.range->values();
   if (options.material == Material::clay) {

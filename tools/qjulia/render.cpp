@@ -419,7 +419,7 @@ void describe_render(Command command, RenderArguments& a) {
       "is seen by no more than about an eighth of a pixel: up to three times slower for maps of "
       "many factors");
   add_look(command, a.look, a.options);
-  add_map_options(command, a.map_options, "The set is cut open at its faces. Default: all of it");
+  add_map_options(command, a.map_options, "all of it; the set is cut open at the faces of a box");
   add_device_to_use(command, a.device);
 }
 

@@ -8,12 +8,14 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "base/setting_json.hpp"
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/file_types.hpp"
-#include "setting_json.hpp"
+#include "qjulia/sample_settings.hpp"
+#include "setting_option.hpp"
 #include "volume/volume.hpp"
 
 namespace qjulia::tools {
@@ -57,7 +59,7 @@ int run_sample(const SampleArguments& arguments, Session& session) {
                                       to_string(options.precision), seconds, arguments.output.path),
                           {{"field", arguments.output.path},
                            {"cells", grid.cells},
-                           {"box", value_json(grid.box)},
+                           {"box", base::value_json(grid.box)},
                            {"surface_level", map.dynamics.surface_level},
                            {"made_with", how},
                            {"seconds", seconds}});
@@ -73,9 +75,10 @@ void describe_sample(Command command, SampleArguments& a) {
           "Field to write: " + extension_list(FileContent::field, FileUse::write) +
               ", or .vdb for OpenVDB." + named_text("map", ".npy"))
       .offers_files(field_types());
-  command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
-  add_map_options(command, a.map_options, "Default: the shape's box plus 5 %",
-                  "Default: 20, or more where the set or a portal reaches farther");
+  const auto& resolution = setting_named(sample_settings(), "resolution", "samples");
+  add_setting(command, resolution, resolution.place(a.options));
+  add_map_options(command, a.map_options, "the shape's box plus 5 %",
+                  "20, or more where the set or a portal reaches farther");
   add_device_to_use(command, a.device);
 }
 

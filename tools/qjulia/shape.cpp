@@ -4,18 +4,20 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/setting_json.hpp"
 #include "base/text.hpp"
 #include "commands.hpp"
 #include "files.hpp"
-#include "map_options.hpp"
 #include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"
+#include "qjulia/exact_settings.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/mesh.hpp"
+#include "qjulia/paint_settings.hpp"
 #include "qjulia/painting.hpp"
-#include "setting_json.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -93,13 +95,8 @@ void choose_versor(const std::string& versor, ExactMapOptions& options) {
 }
 
 nlohmann::json options_json(const ShapeArguments& arguments) {
-  const bool is_round = arguments.options.fourth == FourthCoordinate::round;
-  nlohmann::json json = {{"resolution", arguments.options.resolution},
-                         {"detail", to_string(arguments.options.detail)},
-                         {"steepness", arguments.options.steepness},
-                         {"up", value_json(arguments.options.up)},
-                         {"versor", arguments.versor},
-                         {"fourth", is_round ? "round" : "ignored"}};
+  nlohmann::json json = {{"versor", arguments.versor}};
+  base::add_json(json, exact_settings(), arguments.options);
   if (arguments.paint.thickness) json["thickness"] = *arguments.paint.thickness;
   return json;
 }
@@ -161,12 +158,12 @@ void describe_shape(Command command, ShapeArguments& a) {
           "-o,--output", a.output, [&a] { return named_after(a.mesh, ".qjulia.json"); }, "MAP",
           "Map file to write, such as bunny.qjulia.json." + named_text("mesh", ".qjulia.json"))
       .offers_files({".json"});
-  add_detail(command, a.options.detail);
-  command.add(
-      "--thickness", &a.paint.thickness, "FRACTION",
+  add_settings(command, exact_settings(), a.options);
+  const auto& thickness = setting_named(paint_settings(), "thickness", "paints");
+  const std::string painted =
       "Paints the map: bounds the shell by this share of the shape's own thickness, 0.01 to 2, so "
-      "that thin limbs keep their shape under a larger --detail. 0.15 is a good value");
-  add_steepness_and_up(command, a.options.steepness, a.options.up);
+      "that thin limbs keep their shape under a larger --detail. 0.15 is a good value";
+  add_setting(command, with_help(thickness, painted), thickness.place(a.paint));
   command
       .add("--versor", &a.versor, "random:K:SEED|noise:N:SCALE:SEED|MAP",
            "What gives the grooves their pattern: random:K:SEED for K roots placed at random in "
@@ -175,13 +172,6 @@ void describe_shape(Command command, ShapeArguments& a) {
            "factors are taken")
       .offers({"random:60:1", "noise:2:9:1", "noise4:2:9:1"})
       .offers_files(readable({FileContent::map}));
-  command.add("--resolution", &a.options.resolution, "INT",
-              "Cells of the grid along its longest side, 32 to 384: more where limbs are thinner "
-              "than two cells");
-  command.choice("--fourth", a.options.fourth,
-                 {{"round", FourthCoordinate::round}, {"ignored", FourthCoordinate::ignored}},
-                 "Where the shape ends along the fourth coordinate: round, as thick as it is "
-                 "elsewhere; or nowhere, which is rougher");
   add_device_to_use(command, a.device);
 }
 

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "base/setting_json.hpp"
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
@@ -21,10 +22,12 @@
 #include "qjulia/file_types.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/picture_settings.hpp"
 #include "qjulia/print.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
-#include "setting_json.hpp"
+#include "qjulia/surface_settings.hpp"
+#include "setting_option.hpp"
 #include "volume/volume.hpp"
 
 namespace qjulia::tools {
@@ -277,8 +280,8 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   if (options.draft) how["draft"] = true;
   how.update(print_json(arguments.print));
   if (has_colors(arguments)) {
-    how["material"] = value_json(arguments.material);
-    how["palette"] = value_json(color_options(arguments, options).palette);
+    how["material"] = to_string(arguments.material);
+    how["palette"] = base::value_json(color_options(arguments, options).palette);
   }
   if (is_upright) how["up"] = to_string(*map.frame.up);
   if (!is_upright && arguments.up) how["file_up"] = to_string(*arguments.up);
@@ -352,11 +355,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
           "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write) +
               "; or .vdb, a level set of its surface for OpenVDB." + named_text("map", ".ply"))
       .offers_files(surface_types());
-  command.add("--resolution", &a.options.resolution, "INT", "Cells along the box's longest side");
-  command.add("--refine", &a.options.refine, "INT",
-              "How many points to try, 0 to 20, on each grid edge that the surface crosses, to put "
-              "its vertex where the set ends. Default: 2, or 0 with --iterations 1, whose field is "
-              "smooth. With 0 vertices are interpolated, which leaves terraces if the field jumps");
+  const auto add = [&](const char* name) {
+    const auto& setting = setting_named(surface_settings(), name, "surfaces");
+    return add_setting(command, setting, setting.place(a.options));
+  };
+  add("resolution");
+  add("refine");
   const Option keep = command.flag("--keep-loose", a.keep_loose,
                                    "Keep all connected parts. Default: parts that enclose less "
                                    "than a hundredth of the largest one's volume are left out");
@@ -388,37 +392,28 @@ void describe_surface(Command command, SurfaceArguments& a) {
                "Leave the map out of a .glb, which otherwise holds it, with its knobs turned, for "
                "every command that reads maps. It takes 50 to 60 bytes a factor: 20 KB of 331 "
                "factors, 51 KB of 992");
-  const Option draft = command.flag(
-      "--draft", a.options.draft,
-      "Look orbits up in tables instead of computing them: two to three times as fast for "
-      "maps of 1,000 factors. On three maps at 256 cells, 88 to 98 % of the vertices lay "
-      "within a quarter of a cell of the default mesh, and the farthest 3 to 6 cells away: "
-      "tips of tufts come and go");
-  command
-      .flag("--dense", a.options.dense,
-            "Run the orbit of every point of the grid to its end: the same mesh, much slower, "
-            "without trusting r_in, r_out and bounds")
-      .excludes({draft});
-  add_material_choice(
-      command, a.material,
+  const Option draft = add("draft");
+  add("dense").excludes({draft});
+  const std::string shown =
       "What the colours of the vertices show, in " + colored_types() +
-          " files: clay, no colours; or the same as in pictures: iterations, how long the orbit "
-          "of a point stays undecided; trap, how close two iterates come to the plane X = 0, seen "
-          "from the origin; groove, from the bottoms of grooves to the tips of ridges; height, "
-          "along the up axis; or factor, which factor of the map is nearest");
+      " files: clay, no colours; or the same as in pictures: iterations, how long the orbit "
+      "of a point stays undecided; trap, how close two iterates come to the plane X = 0, seen "
+      "from the origin; groove, from the bottoms of grooves to the tips of ridges; height, "
+      "along the up axis; or factor, which factor of the map is nearest";
+  add_setting(command, with_help(picture_setting_named("material"), shown), WordPlace(a.material));
   a.palette_option = add_palette(
       command, a.palette,
       fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
                   "low to high",
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
   a.range_options = add_range(command, a.range);
-  add_up(command, a.up,
-         "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
-         "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "
-         "that the map's up axis is turned to; auto keeps the shape's own coordinates. Blender "
-         "takes z for up in a .ply and y in an .obj");
-  add_map_options(command, a.map_options,
-                  "Default: the shape's box plus 5 %, grown until the set fits in");
+  const std::string upright =
+      "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
+      "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "
+      "that the map's up axis is turned to; auto keeps the shape's own coordinates. Blender "
+      "takes z for up in a .ply and y in an .obj";
+  add_setting(command, with_help(picture_setting_named("up"), upright), &a.up);
+  add_map_options(command, a.map_options, "the shape's box plus 5 %, grown until the set fits in");
   add_device_to_use(command, a.device);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// What a command line takes, as data: help, manual pages and shells' completions say the same.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ struct OptionUsage {
   std::string name;                 ///< "--output"; of a positional argument "MESH"
   std::vector<std::string> values;  ///< what the help calls them; empty for a flag
   std::string description;
-  std::string default_text;  ///< empty: none that the description does not say
-  std::string group;         ///< its title in the help
+  std::string default_text;            ///< empty: none that the description does not say
+  std::optional<std::string> example;  ///< words that may be given, of settings
+  std::string group;                   ///< its title in the help
   bool is_positional = false;
   bool is_required = false;
   bool is_repeated = false;

@@ -19,13 +19,14 @@ using namespace qjulia;
 std::string slider_text(const Setting& setting) {
   if (setting.controls.size() != 1 || setting.group.empty()) return "";
   const Control& control = setting.controls.front();
-  return control.words.empty() ? fmt::format("{} to {}", control.least, control.most)
-                               : fmt::format("{}", fmt::join(control.words, ", "));
+  const std::vector<std::string>& words = control.words.empty() ? setting.words : control.words;
+  return words.empty() ? fmt::format("{} to {}", control.least, control.most)
+                       : fmt::format("{}", fmt::join(words, ", "));
 }
 
 void print_setting(const Setting& setting) {
-  fmt::print("### {}\n\n`--{} {}`\n\n{}.", setting.option(), setting.option(), setting.values,
-             setting.help);
+  fmt::print("### {}\n\n`--{} {}`\n\n{}.", setting.option(), setting.option(),
+             setting.values_text(), setting.help);
   if (!setting.more.empty()) fmt::print(" {}", setting.more);
   fmt::print("\n\n| range | unit | on pages | between two values |\n|---|---|---|---|\n");
   fmt::print("| {} | {} | {} | {} |\n\n", setting.range_text(), setting.unit, slider_text(setting),

@@ -1,4 +1,4 @@
-#include "qjulia/detail_choice.hpp"
+#include "qjulia/radial_spread.hpp"
 
 #include <fmt/format.h>
 
@@ -56,31 +56,22 @@ void add_patches(Eigen::Vector3d a, Eigen::Vector3d b, Eigen::Vector3d c, int ha
   add_patches(half, b, c, halvings - 1, patches);
 }
 
-struct Meaning {
-  const char* name;
-  double of_automatic;
-};
-
-Meaning meaning(DetailWord word) {
+/// How many times the detail of `automatic` it is.
+double of_automatic(DetailWord word) {
   switch (word) {
     case DetailWord::automatic:
-      return {"auto", 1};
+      return 1;
     case DetailWord::smooth:
-      return {"smooth", 0.125};
+      return 0.125;
     case DetailWord::clear:
-      return {"clear", 0.5};
+      return 0.5;
     case DetailWord::wild:
       break;
   }
-  return {"wild", 2};
+  return 2;
 }
 
 }  // namespace
-
-std::string to_string(const DetailChoice& detail) {
-  if (const auto* word = std::get_if<DetailWord>(&detail)) return meaning(*word).name;
-  return fmt::format("{}", std::get<double>(detail));
-}
 
 RadialSpread radial_spread(const TriangleMesh& mesh, const Eigen::Vector3d& origin) {
   mesh.validate();
@@ -114,7 +105,7 @@ double chosen_detail(const DetailChoice& detail, const RadialSpread& spread,
   if (const auto* number = std::get_if<double>(&detail)) return *number;
   const double automatic =
       rule.cells / kWantedCells * spread.longest_side / std::pow(spread.of_log_radii, rule.power);
-  return meaning(std::get<DetailWord>(detail)).of_automatic * std::min(automatic, kThickest);
+  return of_automatic(std::get<DetailWord>(detail)) * std::min(automatic, kThickest);
 }
 
 }  // namespace qjulia

@@ -1,0 +1,26 @@
+#include "qjulia/sample_settings.hpp"
+
+#include <vector>
+
+#include "map/checks.hpp"
+#include "qjulia/orbit_settings.hpp"
+
+namespace qjulia {
+
+std::span<const SettingOf<SampleOptions>> sample_settings() {
+  static const std::vector<SettingOf<SampleOptions>> all = [] {
+    std::vector<SettingOf<SampleOptions>> made = orbit_settings<SampleOptions>();
+    made.push_back({{.name = "resolution",
+                     .values = "INT",
+                     .unit = "cells",
+                     .least = 1,
+                     .most = map::kMostSampleCells,
+                     .example = "8",
+                     .help = "Cells along the box's longest side"},
+                    [](SampleOptions& o) -> ValuePlace { return &o.resolution; }});
+    return made;
+  }();
+  return all;
+}
+
+}  // namespace qjulia

@@ -1,0 +1,12 @@
+#pragma once
+/// Descriptions of what every map that is made of a mesh has: its shell and how it stands.
+
+#include "qjulia/setting.hpp"
+
+namespace qjulia::map {
+
+Setting detail_setting();
+Setting steepness_setting();
+Setting up_setting();
+
+}  // namespace qjulia::map

@@ -1,0 +1,132 @@
+#include "setting_option.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <type_traits>
+
+#include "options.hpp"
+#include "qjulia/picture.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// Adds the option for each type of value.
+class SettingOption {
+ public:
+  SettingOption(Command command, const Setting& setting) : command_(command), setting_(setting) {}
+
+  Option operator()(bool* value) const { return command_.flag(name(), *value, help()); }
+  Option operator()(std::string* value) const { return plain(value); }
+  template <class Number>
+  requires std::is_arithmetic_v<Number> Option operator()(Number* value) const {
+    return plain(value);
+  }
+  template <class Number>
+  requires std::is_arithmetic_v<Number> Option operator()(std::optional<Number>* value) const {
+    if (setting_.automatic.empty()) return plain(value);
+    const auto take = [automatic = setting_.automatic, value](const std::string& text) {
+      value->reset();
+      if (text != automatic) read_value(text, value);
+    };
+    return with_automatic(command_.word(name(), setting_.values, take, help()));
+  }
+  Option operator()(const WordPlace& value) const {
+    const auto take = [setting = setting_, value](const std::string& word) {
+      value.set(setting.index_of(word));
+    };
+    return command_.word(name(), setting_.values_text(), take, help())
+        .default_text(setting_.words.at(value.index()))
+        .offers(setting_.words);
+  }
+  Option operator()(DetailChoice* value) const {
+    const auto take = [setting = setting_, value](const std::string& text) {
+      *value = read_detail(setting, text);
+    };
+    return command_.word(name(), setting_.values, take, help())
+        .default_text(to_string(*value))
+        .offers({"auto", "smooth", "clear", "wild"});
+  }
+  Option operator()(std::optional<UpAxis>* value) const {
+    const auto take = [automatic = setting_.automatic, value](const std::string& word) {
+      *value = up_axis_named(word);
+      if (*value || word == automatic) return;
+      throw InputError(
+          fmt::format("'{}' is no direction; give x, y, z, -x, -y, -z or {}", word, automatic));
+    };
+    return with_automatic(command_.word(name(), setting_.values, take, help()))
+        .offers({"x", "y", "z", "-x", "-y", "-z", setting_.automatic});
+  }
+  Option operator()(std::optional<Eigen::Vector3d>* value) const {
+    return add_vector(command_, name(), *value, help());
+  }
+  Option operator()(std::optional<Box>* value) const {
+    return add_box(command_, name(), *value, help());
+  }
+  Option operator()(Quaternion* value) const {
+    return numbers([value](const auto& v) {
+             *value = {v[0], v[1], v[2], v[3]};
+           })
+        .default_text(fmt::format("{} {} {} {}", value->x, value->y, value->z, value->w));
+  }
+  Option operator()(std::optional<Quaternion>* value) const {
+    return numbers([value](const auto& v) { *value = Quaternion{v[0], v[1], v[2], v[3]}; });
+  }
+  Option operator()(std::optional<Rotation>* value) const {
+    return numbers([value](const auto& v) { *value = Rotation{{v[0], v[1], v[2]}, v[3]}; });
+  }
+  Option operator()(Lamp* value) const {
+    return numbers([value](const auto& v) {
+             *value = {v[0], v[1], v[2]};
+           })
+        .default_text(fmt::format("{} {} {}", value->azimuth, value->elevation, value->strength));
+  }
+  Option operator()(Palette*) const { throw Error("a palette is read together with the material"); }
+
+ private:
+  std::string name() const { return "--" + setting_.option(); }
+  std::string help() const { return help_of(setting_); }
+  template <class Value>
+  Option plain(Value* value) const {
+    return command_.add(name(), value, setting_.values, help());
+  }
+  Option numbers(std::function<void(const std::vector<double>&)> take) const {
+    return command_.numbers(name(), setting_.values, std::move(take), help());
+  }
+  Option with_automatic(const Option& option) const {
+    return option.default_text(setting_.automatic).offers({setting_.automatic});
+  }
+
+  Command command_;
+  const Setting& setting_;
+};
+
+}  // namespace
+
+Option add_setting(Command command, const Setting& setting, const ValuePlace& place) {
+  return std::visit(SettingOption(command, setting), place).example(setting.example.words());
+}
+
+std::string help_of(const Setting& setting) {
+  if (setting.left_out.empty()) return setting.help;
+  return fmt::format("{}. Default: {}", setting.help, setting.left_out);
+}
+
+Setting with_help(Setting setting, std::string help) {
+  setting.help = std::move(help);
+  return setting;
+}
+
+DetailChoice read_detail(const Setting& setting, const std::string& text) {
+  if (const auto word = detail_word_named(text)) return *word;
+  double number = 0;
+  try {
+    number = finite_number(text);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}; give one, or auto, smooth, clear or wild", error.what()));
+  }
+  setting.expect_in_range(number);
+  return number;
+}
+
+}  // namespace qjulia::tools
