@@ -300,7 +300,8 @@ RUNS = {
                 "done", "done", "failed"]}, codes=(1,)),
     ],
     "profile": [
-        Run("f.qjulia.json MESH", {**KERNELS, "--width": "8", "--iterations": "2", "--seconds": "60", "--counters": None,
+        Run("f.qjulia.json MESH", {**KERNELS, "--width": "8", "--iterations": "2", "--precision": "double",
+                                   "--seconds": "60", "--counters": None,
                                    "--csv": "p.csv", "--plot": "p.png"},
             {"--repeats": lambda done, value: len(next(values_of("runs", done.json))["seconds"]) == 2,
              "--kernels": lambda done, value: {row["kernel"] for row in done.json["kernels"]} == {"energy"},
@@ -453,7 +454,7 @@ class Bench:
             wanted = [name for name in self.settings(command) if name not in given] if number == 0 else []
         for name in wanted:
             options.setdefault(name, self.example(command, name))
-        return {**options, **self.shared(command, number)}
+        return {**self.shared(command, number), **options}
 
     def shared(self, command, number):
         """The shared options that a run gives."""
