@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "cpu_id.hpp"
 #include "device/program_source.hpp"
 #include "obj_text.hpp"
 #include "process.hpp"
@@ -234,11 +235,12 @@ TEST_CASE("a fit whose device is lost keeps what it reached, and --resume goes o
     return whole;
   };
   REQUIRE(fit("whole.qjulia.json", {}, {}).exit_code == 0);
+  const std::string device = Device::choose({"cpu"}).info().name;
   for (const auto& [code, name] : {std::pair{"-36", "CL_INVALID_COMMAND_QUEUE (-36)"},
                                    std::pair{"-9999", "NVIDIA's (-9999)"}}) {
     const std::string map = std::string("lost") + code + ".qjulia.json";
     const ProcessResult lost =
-        fit(map, {}, {{"QJULIA_TEST_LOST", std::string("150:") + code + ":pthread"}});
+        fit(map, {}, {{"QJULIA_TEST_LOST", std::string("150:") + code + ":" + device}});
     CAPTURE(lost.err);
     CHECK(lost.exit_code == 1);
     CHECK_THAT(lost.err,
@@ -268,7 +270,7 @@ TEST_CASE("a driver that waits busily is slept for, and doctor and the trace say
     options.environment["ASAN_OPTIONS"] = "detect_leaks=0:verify_asan_link_order=0";
     const ProcessResult result =
         run_command({"fit", bench.mesh, "-o", bench.folder / "m.qjulia.json", "--factors", "200",
-                     "--max-evaluations", "400", "--device", "pthread", "--layout", "cpu",
+                     "--max-evaluations", "400", "--device", cpu_id(), "--layout", "cpu",
                      "--trust-device", "--trace", trace},
                     options);
     CAPTURE(result.err);

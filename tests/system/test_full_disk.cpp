@@ -71,7 +71,7 @@ TEST_CASE("a message about a full disk names the driver's cache and the variable
   const TemporaryFolder folder, results;
   const auto result =
       run_on_small_disk({"sample", QJULIA_TEST_DATA "/../../docs/maps/quadratic.qjulia.json", "-o",
-                         results / "field.npy", "--resolution", "4", "--device", "pthread"},
+                         results / "field.npy", "--resolution", "4", "--device", "cpu"},
                         folder / "", 64, {"POCL_CACHE_DIR=" + (folder / "")});
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);

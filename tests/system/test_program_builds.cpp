@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "cpu_id.hpp"
 #include "process.hpp"
 #include "temporary_folder.hpp"
 
@@ -35,7 +36,7 @@ struct Gpu {
                                 {"ASAN_OPTIONS", "detect_leaks=0:verify_asan_link_order=0"},
                                 {"XDG_CACHE_HOME", folder.path().string()},
                                 {"QJULIA_TEST_GPU", "1"}});
-    arguments.insert(arguments.end(), {"--device", "pthread", "--layout", layout});
+    arguments.insert(arguments.end(), {"--device", cpu_id(), "--layout", layout});
     return run_command(arguments, options);
   }
   /// A command that builds one program.

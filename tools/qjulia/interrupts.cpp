@@ -20,11 +20,18 @@ sigset_t set_of(std::initializer_list<int> signals) {
   return set;
 }
 
+bool ignores_hangup = false;
+
+/// Libraries may handle SIGHUP before `main`: UCX, which MPI uses in Debian 13, does so to begin a
+/// debugger. What the program was started with is seen only before any library's constructor runs.
+void see_hangup() {
+  struct sigaction hangup {};
+  ignores_hangup = sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+}
+[[gnu::section(".preinit_array"), gnu::used]] void (*const kSeesHangup)() = &see_hangup;
+
 /// What asks the program to end. nohup has SIGHUP ignored.
 sigset_t watched_signals() {
-  struct sigaction hangup {};
-  const bool ignores_hangup =
-      sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
   return ignores_hangup ? set_of({SIGINT, SIGTERM}) : set_of({SIGINT, SIGTERM, SIGHUP});
 }
 
