@@ -70,6 +70,13 @@ TEST_CASE("a comparison of profiles ends with the code of what it found") {
   const ProcessResult shown = compared(other, {"--across-devices"});
   CHECK(shown.exit_code == 0);
   CHECK_THAT(shown.err, ContainsSubstring("differs: driver: 1 in OLD, 2 in NEW"));
+  CHECK(compared(other, {"--across-drivers"}).exit_code == 2);
+  other["layout"] = "cpu";
+  const ProcessResult drivers = compared(other, {"--across-drivers", "--json"});
+  CHECK(drivers.exit_code == 0);
+  CHECK(json::parse(drivers.out)["between"] == "drivers");
+  CHECK_THAT(drivers.err, ContainsSubstring("differs: driver: 1 in OLD, 2 in NEW") &&
+                              ContainsSubstring("compared as drivers of one machine"));
 }
 
 TEST_CASE("a comparison of profiles refuses what it has no use for") {

@@ -299,11 +299,12 @@ TEST_CASE("what was measured otherwise is refused, or shown as such") {
         compare_profiles(before, after, {}),
         ContainsSubstring("cannot be compared") && ContainsSubstring("--across-devices"));
     ComparisonOptions across;
-    across.across_devices = true;
+    across.across = Across::devices;
     const ProfileComparison shown = compare_profiles(before, after, across);
     REQUIRE(shown.differences.size() == 1);
     CHECK_THAT(shown.differences[0], ContainsSubstring("in OLD") && ContainsSubstring("in NEW"));
   }
+  CHECK(to_json(compare_profiles(before, before, {}))["between"] == "builds");
   json wide = before;
   for (json& kernel : wide["kernels"]) kernel["width"] = 8;
   CHECK_THROWS_WITH(compare_profiles(before, wide, {}), ContainsSubstring("16 lanes"));
@@ -311,6 +312,45 @@ TEST_CASE("what was measured otherwise is refused, or shown as such") {
   wide["device"]["driver"] = "2";
   CHECK_THROWS_WITH(compare_profiles(before, wide, {}),
                     ContainsSubstring("16 lanes") && ContainsSubstring("driver"));
+}
+
+TEST_CASE("two drivers of one machine are compared by its limit, with nothing else changed") {
+  TimedMachine machine(1);
+  const json before = profile_on(machine, 8);
+  json after = profile_on(machine, 8, 2, 1.2);
+  after["device"] = {{"name", "e"}, {"platform", "q"}, {"driver", "2"}};
+  ComparisonOptions drivers, devices;
+  drivers.across = Across::drivers;
+  devices.across = Across::devices;
+  CHECK_THROWS_WITH(
+      compare_profiles(before, after, {}),
+      ContainsSubstring("--across-drivers if both are of one machine, else --across-devices"));
+  const ProfileComparison found = compare_profiles(before, after, drivers);
+  CHECK(to_json(found)["between"] == "drivers");
+  CHECK(found.differences.size() == 3);
+  CHECK(std::ranges::count(found.kernels, Verdict::slower, &KernelComparison::verdict) == 1);
+  CHECK(found.kernels[2].verdict == Verdict::slower);
+  // The machine's clock is slower by a twentieth: the limit shows it, but not that of another
+  // device.
+  for (json& kernel : after["kernels"]) {
+    for (json& value : kernel["runs"]["seconds"]) value = 1.05 * value.get<double>();
+    for (json& value : kernel["runs"]["fma_per_second"]) value = value.get<double>() / 1.05;
+  }
+  const auto slower = [&](const ComparisonOptions& options) {
+    const ProfileComparison compared = compare_profiles(before, after, options);
+    return std::ranges::count(compared.kernels, Verdict::slower, &KernelComparison::verdict);
+  };
+  CHECK(slower(drivers) == 1);
+  CHECK(slower(devices) == 8);
+  const std::vector<std::pair<const char*, json>> others = {
+      {"/layout", "gpu"}, {"/tuning/orbit_group", 64}, {"/device/compute_units", 4}};
+  for (const auto& [place, value] : others) {
+    json other = after;
+    other[json::json_pointer(place)] = value;
+    CHECK_THROWS_WITH(compare_profiles(before, other, drivers),
+                      ContainsSubstring("or give --across-devices"));
+    CHECK(to_json(compare_profiles(before, other, devices))["between"] == "devices");
+  }
 }
 
 TEST_CASE("what cannot be compared is refused by name") {

@@ -170,6 +170,7 @@ AlternatedComparison compare_alternated(const Alternation& builds,
       ComparisonOptions look = options;
       look.confidence = 1 - error * share;
       const ProfileComparison found = compare_profiles(old.only(open), now.only(open), look);
+      result.comparison.between = found.between;
       result.comparison.clock = found.clock;
       result.comparison.differences = found.differences;
       result.comparison.busy = found.busy;

@@ -37,9 +37,15 @@ struct KernelRuns {
   const TimedRuns& by(Clock clock) const { return clock == Clock::cpu ? *by_cpu : by_device; }
 };
 
+/// The first of `Across` that allows profiles to differ in it.
+struct Circumstance {
+  std::string name, value;
+  Across may_differ = Across::devices;
+};
+
 struct Profile {
   std::string which;  ///< "OLD" or "NEW"
-  std::vector<std::pair<std::string, std::string>> circumstances;
+  std::vector<Circumstance> circumstances;
   std::vector<KernelRuns> kernels;
 };
 
@@ -86,11 +92,14 @@ Profile read_profile(const json& all, const std::string& which) {
   try {
     const json& device = all.at("device");
     for (const char* name : {"name", "platform", "driver"}) {
-      profile.circumstances.emplace_back(name == std::string("name") ? "device" : name,
-                                         device.at(name).get<std::string>());
+      profile.circumstances.push_back({name == std::string("name") ? "device" : name,
+                                       device.at(name).get<std::string>(), Across::drivers});
     }
-    profile.circumstances.emplace_back("layout", all.at("layout").get<std::string>());
-    profile.circumstances.emplace_back("tuning", all.at("tuning").dump());
+    // Profiles of earlier versions do not have it.
+    profile.circumstances.push_back(
+        {"compute units", device.value("compute_units", json()).dump()});
+    profile.circumstances.push_back({"layout", all.at("layout").get<std::string>()});
+    profile.circumstances.push_back({"tuning", all.at("tuning").dump()});
     for (const json& kernel : all.at("kernels")) {
       profile.kernels.push_back(kernel_runs(kernel, which));
     }
@@ -101,18 +110,33 @@ Profile read_profile(const json& all, const std::string& which) {
                     which));
   }
   if (profile.kernels.empty()) throw InputError(which + " has no kernels; profile again");
-  profile.circumstances.emplace_back("arithmetic", profile.kernels.front().arithmetic);
+  profile.circumstances.push_back({"arithmetic", profile.kernels.front().arithmetic});
   return profile;
 }
 
-std::vector<std::string> differences(const Profile& before, const Profile& after) {
-  std::vector<std::string> all;
+/// Notes what differs. @return the least that allows it
+Across compare_circumstances(const Profile& before, const Profile& after,
+                             std::vector<std::string>& differences) {
+  Across between = Across::builds;
   for (std::size_t i = 0; i < before.circumstances.size(); ++i) {
-    const auto& [name, old] = before.circumstances[i];
-    const std::string& now = after.circumstances[i].second;
-    if (old != now) all.push_back(fmt::format("{}: {} in OLD, {} in NEW", name, old, now));
+    const auto& [name, old, may_differ] = before.circumstances[i];
+    const std::string& now = after.circumstances[i].value;
+    if (old == now) continue;
+    differences.push_back(fmt::format("{}: {} in OLD, {} in NEW", name, old, now));
+    between = std::max(between, may_differ);
   }
-  return all;
+  return between;
+}
+
+/// Of profiles under two drivers only the user knows that they are of one machine.
+bool is_of_one_device(const Profile& before, const Profile& after, Across across) {
+  if (across == Across::drivers) return true;
+  for (std::size_t i = 0; i < before.circumstances.size(); ++i) {
+    const Circumstance& old = before.circumstances[i];
+    if (old.may_differ == Across::drivers && old.value != after.circumstances[i].value)
+      return false;
+  }
+  return true;
 }
 
 double at_share(std::vector<double> values, double share) {
@@ -220,6 +244,18 @@ void ComparisonOptions::validate() const {
   }
 }
 
+std::string to_string(Across across) {
+  switch (across) {
+    case Across::builds:
+      return "builds";
+    case Across::drivers:
+      return "drivers";
+    case Across::devices:
+      break;
+  }
+  return "devices";
+}
+
 std::string to_string(Clock clock) { return clock == Clock::cpu ? "cpu" : "device"; }
 
 std::string to_string(Verdict verdict) {
@@ -242,15 +278,16 @@ ProfileComparison compare_profiles(const json& before, const json& after,
   const Profile old = read_profile(before, "OLD");
   const Profile now = read_profile(after, "NEW");
   ProfileComparison comparison;
-  comparison.differences = differences(old, now);
-  if (!comparison.differences.empty() && !options.across_devices) {
+  comparison.between = compare_circumstances(old, now, comparison.differences);
+  if (comparison.between > options.across) {
     throw InputError(
-        fmt::format("the profiles cannot be compared: {}; measure both in the same way, or give "
-                    "--across-devices",
-                    fmt::join(comparison.differences, "; ")));
+        fmt::format("the profiles cannot be compared: {}; measure both in the same way, or give {}",
+                    fmt::join(comparison.differences, "; "),
+                    comparison.between == Across::drivers
+                        ? "--across-drivers if both are of one machine, else --across-devices"
+                        : "--across-devices"));
   }
-  const bool is_one_device = std::equal(old.circumstances.begin(), old.circumstances.begin() + 3,
-                                        now.circumstances.begin());
+  const bool is_one_device = is_of_one_device(old, now, options.across);
   const Pairs pairs = common_kernels(old, now, comparison.left_out);
   comparison.busy = busy_signs(old, now, is_one_device, Clock::device);
   bool is_busy = !comparison.busy.empty();
@@ -302,11 +339,9 @@ json to_json(const ProfileComparison& comparison) {
                        {"ratio_high", bound(&RatioBounds::high)},
                        {"verdict", to_string(k.verdict)}});
   }
-  return {{"verdict", to_string(comparison.verdict)},
-          {"clock", to_string(comparison.clock)},
-          {"kernels", kernels},
-          {"differences", comparison.differences},
-          {"busy", comparison.busy},
+  return {{"verdict", to_string(comparison.verdict)}, {"between", to_string(comparison.between)},
+          {"clock", to_string(comparison.clock)},     {"kernels", kernels},
+          {"differences", comparison.differences},    {"busy", comparison.busy},
           {"left_out", comparison.left_out}};
 }
 

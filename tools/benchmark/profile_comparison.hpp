@@ -10,13 +10,21 @@
 
 namespace qjulia::benchmark {
 
+/// What two profiles may differ in.
+enum class Across {
+  builds,   ///< the program's build alone
+  drivers,  ///< also the driver, and the names that drivers give one device
+  devices   ///< also device and settings
+};
+std::string to_string(Across across);
+
 struct ComparisonOptions {
   /// The probability, for all kernels together, that no kernel is wrongly called slower, and
   /// likewise for faster. Above ½ and below 1.
   double confidence = 0.95;
-  double tolerance = 0.02;      ///< a kernel is slower if it takes longer by more than this share
-  bool across_devices = false;  ///< also compare profiles whose device or settings differ
-  void validate() const;        ///< @throws InputError
+  double tolerance = 0.02;  ///< a kernel is slower if it takes longer by more than this share
+  Across across = Across::builds;
+  void validate() const;  ///< @throws InputError
 };
 
 /// The clock in whose seconds times are counted.
@@ -41,9 +49,11 @@ struct KernelComparison {
 };
 
 struct ProfileComparison {
+  /// What was compared with what: builds of one driver, drivers of one device, or devices.
+  Across between = Across::builds;
   Clock clock = Clock::device;
   std::vector<KernelComparison> kernels;
-  /// What else differs, a sentence each; empty unless `across_devices`.
+  /// What differs besides the build, a sentence each.
   std::vector<std::string> differences;
   std::vector<std::string> busy;  ///< signs that other work disturbed a profile, a sentence each
   std::vector<std::string> left_out;  ///< kernels that one profile alone has
@@ -57,8 +67,8 @@ struct ProfileComparison {
 /// kernels are not called slower: they are undecided unless they are clearly no slower.
 /// @param before, after the JSON of `qjulia profile`.
 /// @throws InputError: not such JSON, or without runs; another device, driver, layout, width,
-///   precision or tuning (unless `across_devices`); other sizes of the work; nothing in common; too
-///   few runs for the confidence. The message names the profile, and says what to do.
+///   precision or tuning (unless `across` allows it); other sizes of the work; nothing in common;
+///   too few runs for the confidence. The message names the profile, and says what to do.
 ProfileComparison compare_profiles(const nlohmann::json& before, const nlohmann::json& after,
                                    const ComparisonOptions& options);
 

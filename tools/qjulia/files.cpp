@@ -126,6 +126,17 @@ base::Output output_named(const std::string& option, const OutputName& name,
   return {option, name.path, std::move(extensions), false, name.must_be_new};
 }
 
+nlohmann::json read_report(const std::string& path, const std::string& what) {
+  constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
+  const std::string text = base::read_text_file(path, "report", kLargestFile);
+  auto json = base::is_json_too_deep(text) ? nlohmann::json(nlohmann::json::value_t::discarded)
+                                           : nlohmann::json::parse(text, nullptr, false);
+  if (json.is_discarded()) {
+    throw InputError(fmt::format("{} '{}' is not JSON; make it with --json", what, path));
+  }
+  return json;
+}
+
 std::string file_hash(const std::filesystem::path& path) {
   constexpr std::uint64_t kBlock = std::uint64_t{1} << 20;
   base::InputFile file(path, "file", kNoLimit);

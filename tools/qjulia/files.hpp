@@ -44,6 +44,10 @@ std::string named_after(const std::string& input, const std::string& extension);
 base::Output output_named(const std::string& option, const OutputName& name,
                           std::vector<std::string> extensions = {});
 
+/// What a command has written with --json. @param what the user calls it.
+/// @throws InputError when it cannot be read, or is no JSON.
+nlohmann::json read_report(const std::string& path, const std::string& what);
+
 /// Hexadecimal FNV-1a, 64 bits, of a file's bytes: tells whether two files are the same, and is no
 /// protection against somebody who wants them to seem so.
 /// http://www.isthe.com/chongo/tech/comp/fnv

@@ -8,6 +8,14 @@
 
 namespace qjulia::tools {
 
+void refuse(const std::vector<Option>& options, const char* why) {
+  std::string names;
+  for (const Option& option : options) {
+    if (option.given()) names += (names.empty() ? "" : ", ") + option.name();
+  }
+  if (!names.empty()) throw InputError(fmt::format("{}; leave out {}", why, names));
+}
+
 void add_verbosity(Command command, Verbosity& verbosity) {
   const Option quiet =
       command.flag("-q,--quiet", verbosity.quiet, "Say nothing but results, warnings and errors");

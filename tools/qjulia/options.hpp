@@ -13,6 +13,9 @@
 
 namespace qjulia::tools {
 
+/// @throws InputError naming those of the options that were given.
+void refuse(const std::vector<Option>& options, const char* why);
+
 /// --quiet, --verbose, --json.
 void add_verbosity(Command command, Verbosity& verbosity);
 

@@ -11,6 +11,7 @@
 #include "base/output_file.hpp"
 #include "base/text.hpp"
 #include "commands.hpp"
+#include "files.hpp"
 #include "profile_against.hpp"
 #include "profile_compare.hpp"
 #include "profile_tables.hpp"
@@ -35,7 +36,7 @@ struct ProfileArguments {
   std::string kernels;
   std::optional<double> seconds;
   std::optional<double> confidence;
-  bool across_devices = false;
+  bool across_drivers = false, across_devices = false;
   std::vector<Option> of_measuring;  ///< options that 'profile compare' has no use for
   std::vector<Option> of_comparing;  ///< and those that only it has
 };
@@ -57,13 +58,9 @@ std::string made_by(const ProfileReport& report) {
   return one_line(json);
 }
 
-/// @throws InputError naming those options that were given.
-void refuse(const std::vector<Option>& options, const char* why) {
-  std::string names;
-  for (const Option& option : options) {
-    if (option.given()) names += (names.empty() ? "" : ", ") + option.name();
-  }
-  if (!names.empty()) throw InputError(fmt::format("{}; leave out {}", why, names));
+benchmark::Across across(const ProfileArguments& arguments) {
+  if (arguments.across_devices) return benchmark::Across::devices;
+  return arguments.across_drivers ? benchmark::Across::drivers : benchmark::Across::builds;
 }
 
 int run_compare_profiles(const ProfileArguments& arguments, Session& session) {
@@ -73,7 +70,7 @@ int run_compare_profiles(const ProfileArguments& arguments, Session& session) {
   }
   benchmark::ComparisonOptions options;
   options.confidence = arguments.confidence.value_or(options.confidence);
-  options.across_devices = arguments.across_devices;
+  options.across = across(arguments);
   return compare_profiles(arguments.second, arguments.third, options, session);
 }
 
@@ -84,7 +81,7 @@ int run_against(const ProfileArguments& arguments, Session& session) {
   against.other = arguments.against;
   against.seconds = arguments.seconds.value_or(against.seconds);
   against.comparison.confidence = arguments.confidence.value_or(against.comparison.confidence);
-  against.comparison.across_devices = arguments.across_devices;
+  against.comparison.across = across(arguments);
   against.comparison.validate();
   against.names_kernels = !arguments.kernels.empty();
   std::vector<std::string>& words = against.words;
@@ -150,7 +147,7 @@ int run_profile(const ProfileArguments& arguments, Session& session) {
   if (!arguments.against.empty()) return run_against(arguments, session);
   const ProfileOptions options = measured_options(arguments, session);
   nlohmann::json baseline;
-  if (!arguments.baseline.empty()) baseline = read_profile_json(arguments.baseline, "--baseline");
+  if (!arguments.baseline.empty()) baseline = read_report(arguments.baseline, "--baseline");
   if (arguments.tune) return run_tune(arguments.device, options, session);
   if (!arguments.grid.empty()) {
     return run_grid(arguments.device, options, arguments.grid, arguments.csv, session);
@@ -217,15 +214,23 @@ void describe_comparison(Command command, ProfileArguments& a) {
           "NEW", "", [&a](const std::string& word) { take_word(a, a.third, word); },
           "With 'compare': a later one")
       .offers_files({".json"});
-  a.of_comparing = {
+  const Option confidence =
       command
           .add("--confidence", &a.confidence, "NUMBER",
                "With 'compare' and --against: the confidence for all kernels together. With 0.95, "
                "at most one comparison in twenty wrongly calls a kernel slower")
-          .default_text("0.95"),
-      command.flag("--across-devices", a.across_devices,
-                   "With 'compare' and --against: compare although device, driver, layout, width, "
-                   "precision or tuning differ, and say so")};
+          .default_text("0.95");
+  const Option drivers =
+      command.flag("--across-drivers", a.across_drivers,
+                   "With 'compare' and --against: compare two drivers, or two versions of one, on "
+                   "one machine. Driver, platform and the device's name may differ");
+  const Option devices =
+      command
+          .flag("--across-devices", a.across_devices,
+                "With 'compare' and --against: compare although device, driver, layout, width, "
+                "precision or tuning differ, and say so")
+          .excludes({drivers});
+  a.of_comparing = {confidence, drivers, devices};
 }
 
 void describe_profile(Command command, ProfileArguments& a) {

@@ -6,10 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/input_file.hpp"
-#include "base/text.hpp"
 #include "failure.hpp"
-#include "qjulia/error.hpp"
+#include "files.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -48,21 +46,10 @@ std::string advice(const benchmark::ProfileComparison& comparison, const Rounds&
 
 }  // namespace
 
-nlohmann::json read_profile_json(const std::string& path, const std::string& what) {
-  constexpr std::uint64_t kLargestFile = std::uint64_t{16} << 20;
-  const std::string text = base::read_text_file(path, "profile", kLargestFile);
-  auto json = base::is_json_too_deep(text) ? nlohmann::json(nlohmann::json::value_t::discarded)
-                                           : nlohmann::json::parse(text, nullptr, false);
-  if (json.is_discarded()) {
-    throw InputError(fmt::format("{} '{}' is not JSON; make it with --json", what, path));
-  }
-  return json;
-}
-
 int compare_profiles(const std::string& before, const std::string& after,
                      const benchmark::ComparisonOptions& options, Session& session) {
-  const nlohmann::json old = read_profile_json(before, "OLD");
-  const nlohmann::json now = read_profile_json(after, "NEW");
+  const nlohmann::json old = read_report(before, "OLD");
+  const nlohmann::json now = read_report(after, "NEW");
   return show_comparison(benchmark::compare_profiles(old, now, options), options, {}, session);
 }
 
@@ -78,6 +65,11 @@ int show_comparison(const benchmark::ProfileComparison& comparison,
   }
   session.console.result(table(comparison, options.confidence), json);
   for (const std::string& line : comparison.differences) session.console.note("differs: " + line);
+  if (options.across == benchmark::Across::drivers) {
+    session.console.note(
+        "compared as drivers of one machine: a kernel's time is multiplied by the multiply-add "
+        "limit that its own driver reached beside it");
+  }
   for (const std::string& line : comparison.left_out) session.console.note("not compared: " + line);
   for (const std::string& line : comparison.busy) {
     session.console.warn("the machine was busy: " + line);

@@ -27,7 +27,4 @@ int show_comparison(const benchmark::ProfileComparison& comparison,
                     const benchmark::ComparisonOptions& options, const Rounds& rounds,
                     Session& session);
 
-/// The JSON in a profile's file. @param what "--baseline", say. @throws InputError
-nlohmann::json read_profile_json(const std::string& path, const std::string& what);
-
 }  // namespace qjulia::tools
