@@ -5,6 +5,7 @@
 /// QJULIA_TEST_NO_TIMES=1            events carry times of zero
 /// QJULIA_TEST_NO_DOUBLE=1           there is no double precision
 /// QJULIA_TEST_WRONG_WIDTH=W         programs compiled for W lanes run an iterate too few
+/// QJULIA_TEST_WRONG_COMPILER=NAME   programs are compiled as by that of wrong_compilers.hpp
 /// QJULIA_TEST_BROKEN_PROGRAM=NAME   programs whose source is kernels/NAME do not build
 /// QJULIA_TEST_CRASHING_PROGRAM=NAME the process ends with SIGSEGV when such a program is built
 /// QJULIA_TEST_HANGING_PROGRAM=NAME  the build of such a program takes five minutes
@@ -35,6 +36,8 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+
+#include "wrong_compilers.hpp"
 
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
@@ -171,6 +174,20 @@ bool is_named_by(const char* variable, cl_program program) {
 bool refuses_binaries(std::string_view when) {
   const char* refused = std::getenv("QJULIA_TEST_NO_BINARY");
   return refused != nullptr && refused == when;
+}
+
+/// The compiler that QJULIA_TEST_WRONG_COMPILER names; null without it.
+const qjulia::test::WrongCompiler* wrong_compiler() {
+  const char* name = std::getenv("QJULIA_TEST_WRONG_COMPILER");
+  if (name == nullptr) return nullptr;
+  const auto& all = qjulia::test::kWrongCompilers;
+  const auto* const found =
+      std::ranges::find(all, std::string_view(name), &qjulia::test::WrongCompiler::name);
+  if (found == all.end()) {
+    std::fprintf(stderr, "no wrong compiler is called %s\n", name);
+    std::abort();
+  }
+  return found;
 }
 
 /// Replaces what was told, where anybody asked and something is to be told.
@@ -311,10 +328,14 @@ extern "C" CL_API_ENTRY cl_kernel CL_API_CALL clCreateKernel(cl_program program,
 extern "C" CL_API_ENTRY cl_program CL_API_CALL clCreateProgramWithSource(
     cl_context context, cl_uint count, const char** strings, const size_t* lengths, cl_int* code) {
   static const auto real = loaders(&clCreateProgramWithSource, "clCreateProgramWithSource");
-  if (std::getenv("QJULIA_TEST_WRONG_WIDTH") == nullptr) {
+  const auto* const wrong = wrong_compiler();
+  if (std::getenv("QJULIA_TEST_WRONG_WIDTH") == nullptr && wrong == nullptr) {
     return real(context, count, strings, lengths, code);
   }
   std::string source = "#ifdef QJ_TEST_WRONG\n#define isless(a, b) isgreater(a, b)\n#endif\n";
+  if (wrong != nullptr) {
+    source.append(qjulia::test::kOverloads).append(wrong->prelude);
+  }
   for (cl_uint i = 0; i < count; ++i) {
     const bool is_counted = lengths != nullptr && lengths[i] != 0;
     source += is_counted ? std::string(strings[i], lengths[i]) : std::string(strings[i]);
@@ -335,6 +356,7 @@ clBuildProgram(cl_program program, cl_uint count, const cl_device_id* devices, c
   if (width != nullptr && has(std::string("-DQJ_WIDTH=") + width + ' ') && has("-DQJ_GROUP=")) {
     changed += " -DQJ_TEST_WRONG";
   }
+  if (const auto* const wrong = wrong_compiler()) changed += wrong->option;
   const bool is_broken = is_named_by("QJULIA_TEST_BROKEN_PROGRAM", program);
   if (is_named_by("QJULIA_TEST_CRASHING_PROGRAM", program)) {
     std::signal(SIGSEGV, SIG_DFL);  // a sanitizer would end the process otherwise
