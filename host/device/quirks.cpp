@@ -5,6 +5,8 @@
 
 namespace qjulia::device {
 
+bool is_pocl(const DeviceInfo& info) { return info.platform_name == "Portable Computing Language"; }
+
 bool is_llvmpipe(const DeviceInfo& info) { return info.name.find("llvmpipe") != std::string::npos; }
 
 namespace {
@@ -14,8 +16,6 @@ int preferred_lane_width(const DeviceInfo& info, Precision precision, Layout lay
   const bool wide_registers = info.native_float_lanes >= 16;
   return wide_registers && precision == Precision::single ? 16 : 8;
 }
-
-bool is_pocl(const DeviceInfo& info) { return info.platform_name == "Portable Computing Language"; }
 
 /// Work-items that sum together in local memory.
 constexpr std::size_t kOrbitGroup = 64;

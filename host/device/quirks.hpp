@@ -5,6 +5,8 @@
 
 namespace qjulia::device {
 
+bool is_pocl(const DeviceInfo& info);
+
 /// Mesa's llvmpipe: a CPU whose compiler makes its vectors out of neighbouring work-items.
 bool is_llvmpipe(const DeviceInfo& info);
 

@@ -10,6 +10,7 @@
 #include "qjulia/detail.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/driver_facts.hpp"
 #include "qjulia/energy.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_map.hpp"

@@ -11,7 +11,7 @@ import sys
 # The rest take devices and precisions, which cannot be hostile.
 EXEMPT = {"all_gather", "members", "visit", "is_tuned", "save_tuning", "self_test", "quick_self_test",
           "first_self_test", "self_test_plan", "with_layout", "opencl_context", "opencl_device",
-          "opencl_queue"}
+          "opencl_queue", "driver_facts"}
 
 
 def declared(text):

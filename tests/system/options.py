@@ -20,6 +20,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 # The options that many commands have, besides settings: the first run of a command gives those that it does not give
 # itself. It also gives the settings that no run of the command gives, by their own examples.
@@ -158,7 +159,6 @@ UNSEEN = {
     "profile --verbose": "its tables say all of kernels",
     "profile --seconds": "there is time for all",
     "profile --factors": "what --grid and --against say does not have it",
-    "profile --across-devices": "two reports of one device are compared",
     "batch --verbose": "a batch says more of entries that begin, and none does",
     "explore --verbose": "it has more to say as it ends",
 }
@@ -199,7 +199,15 @@ KERNELS = {"--samples": "500", "--repeats": "2", "--kernels": "energy"}
 # Each run but the first of a command is quiet. What a command reads is made by those before it.
 RUNS = {
     "devices": [Run("", {}), Run("", {})],
-    "doctor": [Run("", {}, slow=True), Run("", {}, slow=True)],
+    "doctor": [
+        Run("", {"--programs": "reduce.cl", "--junit": "doctor.xml"},
+            {"--programs": lambda done, value: {check["program"] for check in done.json["programs"]} == {value},
+             "--junit": lambda done, value: len(list(ElementTree.parse(done.path(value)).iter("testcase"))) == len(
+                 done.json["programs"])}, keep="doctor.json"),
+        Run("", {"--programs": "reduce.cl", "--matrix": None},
+            {"--matrix": lambda done, value: len(done.json["settings"]) > 5}),
+        Run("compare doctor.json doctor.json", {}),
+    ],
     "fit": [
         Run("MESH", {"--output": "f.qjulia.json", "--report": "report"}, {"--report": makes("report/report.html")},
             all_settings_but="--max-factors"),
@@ -317,7 +325,9 @@ RUNS = {
             {"--grid": lambda done, value: done.json["times"][0]["tuning"]["panel_block"] == 32}),
         Run("", {"--export": "settings.json"}, {"--export": makes("settings.json")}),
         Run("", {"--import": "settings.json"}, {"--import": lambda done, value: done.json["file"]}),
-        Run("compare p.json p.json", {"--confidence": "0.6", "--across-devices": None}, codes=(0, 4)),
+        *(Run("compare p.json newer_driver.json", {"--confidence": "0.6", across: None},
+              {across: lambda done, value: done.json["between"] == "drivers"}, codes=(0, 4))
+          for across in ("--across-drivers", "--across-devices")),
         # Which build is the faster may be undecided, or wrong on a busy machine.
         Run("", {**KERNELS, "--factors": "16", "--seconds": "1", "--against": "QJULIA"},
             {"--against": lambda done, value: done.json["rounds"] > 0}, codes=(0, 1, 4)),
@@ -425,9 +435,11 @@ class Bench:
             done.options = options
             if run.keep:
                 (self.folder / run.keep).write_text(done.out)
-                for row, factor in zip(done.json["kernels"], (1e-9, 1)):
+                for row, factor in zip(done.json.get("kernels", []), (1e-9, 1)):
                     row["median_seconds"] *= factor
                 (self.folder / "fast.json").write_text(json.dumps(done.json))
+                done.json["device"]["driver"] += " and later"
+                (self.folder / "newer_driver.json").write_text(json.dumps(done.json))
             for option, value in options.items():
                 if option in shown or option in UNSEEN or f"{command} {option}" in UNSEEN:
                     continue

@@ -74,6 +74,12 @@ def main():
     for command in bench.commands():
         check(command in bench.schemas, f"'{command} --json' has no schema in {schemas}")
     bench.holds("devices", "devices")
+    reduce = ("--programs", "reduce.cl", "--device", "cpu")
+    for schema, words in (("doctor", ()), ("doctor-matrix", ("--matrix",))):
+        report = json.loads(bench.run("doctor", *words, *reduce, "--json", "--quiet"))
+        bench.validate(schema, report)
+        (bench.folder / f"{schema}.json").write_text(json.dumps(report))
+        bench.holds("doctor-compare", "doctor", "compare", f"{schema}.json", f"{schema}.json")
     bench.holds("info", "info", a_map)
     bench.holds("info", "info", mesh)
     bench.holds("convert", "convert", a_map, "c.qjulia.json", "--slice", "0.1")

@@ -1,7 +1,6 @@
 #include "explore/maker.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <cmath>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/temporary_folder.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/map_file.hpp"
@@ -23,27 +23,6 @@ namespace {
 
 constexpr double kTurnSeconds = 4;  ///< a turntable takes once around
 
-/// A folder of this process, gone with what is in it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() : path_((std::filesystem::temp_directory_path() / "qjulia-XXXXXX").string()) {
-    if (::mkdtemp(path_.data()) == nullptr) {
-      throw OutputError(fmt::format("cannot make a folder for temporary files: {}", path_));
-    }
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  std::filesystem::path path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 std::string name_of_file(const MakeRequest& request) { return "mesh" + request.extension; }
 
 std::string bytes_of(const TriangleMesh& mesh, const Map& map, const MakeRequest& request) {
@@ -52,7 +31,7 @@ std::string bytes_of(const TriangleMesh& mesh, const Map& map, const MakeRequest
   options.up = map.frame.up;
   if (request.millimetres) options.metres_per_unit = kMillimetre;
   if (request.extension == ".glb") options.map = packed_map(map);
-  const TemporaryFolder folder;
+  const base::TemporaryFolder folder("qjulia");
   const auto file = folder.path() / name_of_file(request);
   write_mesh(mesh, file, options);
   std::ostringstream bytes;

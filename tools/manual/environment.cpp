@@ -42,6 +42,9 @@ std::span<const Entry> environment() {
           "POCL_CACHE_DIR",
           "The folder where PoCL keeps compiled kernels; it takes precedence over XDG_CACHE_HOME.",
           Concern::computing},
+      Entry{"POCL_EXTRA_BUILD_FLAGS",
+            "Flags that PoCL adds to those of every program; 'qjulia doctor' reports them.",
+            Concern::computing},
       Entry{"OCL_ICD_VENDORS",
             "Read by the OpenCL loader: the folder that lists the drivers, or one .icd file, in "
             "place of /etc/OpenCL/vendors. qjulia only checks that it lists a driver.",

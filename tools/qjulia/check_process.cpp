@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fnmatch.h>
 #include <poll.h>
 #include <spawn.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -17,6 +19,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/text.hpp"
 #include "failure.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/tuning_cache.hpp"
@@ -124,16 +127,20 @@ class CheckProcess {
   std::string text_;
 };
 
-std::vector<std::string> command_for(const Device& device, std::size_t first) {
-  return {"qjulia",
-          "doctor",
-          "--quiet",
-          "--device",
-          fmt::format("{}:{}", device.info().platform, device.info().index),
-          "--layout",
-          to_string(device.layout()),
-          "--checks-from",
-          std::to_string(first)};
+std::vector<std::string> command_for(const Device& device, const std::string& programs,
+                                     std::size_t first) {
+  std::vector<std::string> words = {
+      "qjulia",
+      "doctor",
+      "--quiet",
+      "--device",
+      fmt::format("{}:{}", device.info().platform, device.info().index),
+      "--layout",
+      to_string(device.layout()),
+      "--checks-from",
+      std::to_string(first)};
+  if (!programs.empty()) words.insert(words.end(), {"--programs", programs});
+  return words;
 }
 
 /// What one process reports, and how it ended.
@@ -155,10 +162,12 @@ void read_result(const nlohmann::json& line, ProcessChecks& all, Part& part) {
   ++part.done;
 }
 
-Part run_part(const Device& device, std::size_t first, std::chrono::seconds most,
-              ProcessChecks& all, Session& session) {
+Part run_part(const Device& device, const std::string& programs, std::size_t first,
+              std::chrono::seconds most, ProcessChecks& all, Session& session) {
+  using Clock = std::chrono::steady_clock;
   Part part{.begun = first, .done = first, .waited = {}, .built = {}};
-  CheckProcess process(command_for(device, first));
+  CheckProcess process(command_for(device, programs, first));
+  Clock::time_point began;
   process.allow(most);
   const ProgressMonitor monitor = session.monitor();
   const auto count = static_cast<double>(all.report.checks.size());
@@ -168,9 +177,11 @@ Part run_part(const Device& device, std::size_t first, std::chrono::seconds most
     process.allow(most);
     if (line.contains("begin")) {
       ++part.begun;
+      began = Clock::now();
       monitor.report({"checking", static_cast<double>(part.done) / count, -1,
                       all.report.checks.at(part.done).program});
     } else {
+      all.seconds.at(part.done) = std::chrono::duration<double>(Clock::now() - began).count();
       read_result(line, all, part);
     }
   }
@@ -200,15 +211,36 @@ bool say_line(const nlohmann::json& line) {
 
 }  // namespace
 
-ProcessChecks check_in_processes(const Device& device, std::chrono::seconds most,
-                                 Session& session) {
-  ProcessChecks all{{device.info(), device.layout(), self_test_plan(device)}, {}, {}, {}};
+std::vector<std::size_t> chosen_checks(const Device& device, const std::string& programs) {
+  const auto plan = self_test_plan(device);
+  const auto names = base::split(programs, ',');
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const bool is_named = std::ranges::any_of(names, [&](const std::string& name) {
+      return ::fnmatch(name.c_str(), plan[i].program.c_str(), 0) == 0;
+    });
+    if (programs.empty() || is_named) chosen.push_back(i);
+  }
+  if (chosen.empty()) {
+    throw InputError(fmt::format(
+        "--programs: no check has a name like '{}'; give names such as 'energy.cl' or 'gradient*'",
+        programs));
+  }
+  return chosen;
+}
+
+ProcessChecks check_in_processes(const Device& device, const std::string& programs,
+                                 std::chrono::seconds most, Session& session) {
+  ProcessChecks all{{device.info(), device.layout(), {}}, {}, {}, {}, {}};
   auto& checks = all.report.checks;
+  const auto plan = self_test_plan(device);
+  for (const std::size_t number : chosen_checks(device, programs)) checks.push_back(plan[number]);
   all.signals.resize(checks.size());
+  all.seconds.resize(checks.size());
   // That is what the user asks for here.
   ::setenv("QJULIA_CRASHED_BUILDS", "retry", 0);
   for (std::size_t next = 0; next < checks.size();) {
-    const Part part = run_part(device, next, most, all, session);
+    const Part part = run_part(device, programs, next, most, all, session);
     add(part, all);
     next = part.done;
     if (next == checks.size()) break;
@@ -237,13 +269,14 @@ ProcessChecks check_in_processes(const Device& device, std::chrono::seconds most
   return all;
 }
 
-int run_checks(const DeviceChoice& wanted, int first, Session& session) {
+int run_checks(const DeviceChoice& wanted, const std::string& programs, int first,
+               Session& session) {
   const Device device = with_cached_tuning(Device::choose(wanted)).device;
-  const std::size_t count = self_test_plan(device).size();
-  for (std::size_t i = static_cast<std::size_t>(first); i < count; ++i) {
+  const auto chosen = chosen_checks(device, programs);
+  for (std::size_t i = static_cast<std::size_t>(first); i < chosen.size(); ++i) {
     throw_if_stopped(session.interrupts.token());
     if (!say_line({{"begin", i}})) return kFailed;
-    const ProgramCheck check = self_test_check(device, i);
+    const ProgramCheck check = self_test_check(device, chosen[i]);
     nlohmann::json line{
         {"problem", check.problem}, {"built", check.is_built}, {"difference", nullptr}};
     if (std::isfinite(check.difference)) line["difference"] = check.difference;

@@ -13,20 +13,28 @@ namespace qjulia::tools {
 
 struct ProcessChecks {
   SelfTestReport report;
-  std::vector<int> signals;  ///< for each check: what ended the process in it; 0: nothing has
+  std::vector<int> signals;     ///< for each check: what ended the process in it; 0: nothing has
+  std::vector<double> seconds;  ///< of each check, with what it builds; 0: not known
   WaitTime waited;
   BuildTotal built;
 };
 
-/// All of `self_test`. Where a process ends in a check, that check has failed, and another process
-/// takes the next ones.
-/// @param most the time that a check may take before its process is ended.
-/// @throws Error where no process can be started; Interrupted
-ProcessChecks check_in_processes(const Device& device, std::chrono::seconds most, Session& session);
+/// The numbers, in `self_test_plan`, of checks of programs with these names.
+/// @param programs names with * and ?, between commas; empty: all.
+/// @throws InputError where there are none
+std::vector<std::size_t> chosen_checks(const Device& device, const std::string& programs);
 
-/// What such a process does: the checks from number `first` on, each with a line of JSON before it
-/// and one after it on standard output.
-int run_checks(const DeviceChoice& wanted, int first, Session& session);
+/// These checks of `self_test`. Where a process ends in a check, that check has failed, and another
+/// process takes the next ones.
+/// @param most the time that a check may take before its process is ended.
+/// @throws Error where no process can be started; InputError as `chosen_checks`; Interrupted
+ProcessChecks check_in_processes(const Device& device, const std::string& programs,
+                                 std::chrono::seconds most, Session& session);
+
+/// What such a process does: the chosen checks without the first ones, each with a line of JSON
+/// before it and one after it on standard output.
+int run_checks(const DeviceChoice& wanted, const std::string& programs, int first,
+               Session& session);
 
 /// "compiled 5 programs and loaded 3 that were kept, in 1.2 s".
 std::string describe(const BuildTotal& built);

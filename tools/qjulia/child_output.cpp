@@ -36,11 +36,29 @@ struct Pipe {
   }
 };
 
-pid_t started(std::vector<std::string> words, const Pipe& out, const Pipe& err) {
+/// "NAME=VALUE" of all variables, with these in place of those of the same names.
+std::vector<std::string> environment_with(const std::map<std::string, std::string>& changes) {
+  std::vector<std::string> all;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string text = *entry;
+    if (!changes.contains(text.substr(0, text.find('=')))) all.push_back(text);
+  }
+  for (const auto& [name, value] : changes) all.push_back(name + '=' + value);
+  return all;
+}
+
+/// For the system: pointers to the texts, and null.
+std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> list;
-  list.reserve(words.size() + 1);
-  for (std::string& word : words) list.push_back(word.data());
+  list.reserve(texts.size() + 1);
+  for (std::string& text : texts) list.push_back(text.data());
   list.push_back(nullptr);
+  return list;
+}
+
+pid_t started(std::vector<std::string> words, std::vector<std::string> environment, const Pipe& out,
+              const Pipe& err) {
+  const std::vector<char*> list = pointers(words), variables = pointers(environment);
   posix_spawn_file_actions_t actions;
   posix_spawnattr_t attributes;
   ::posix_spawn_file_actions_init(&actions);
@@ -53,7 +71,7 @@ pid_t started(std::vector<std::string> words, const Pipe& out, const Pipe& err) 
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   pid_t child = 0;
   const int code =
-      ::posix_spawnp(&child, list.front(), &actions, &attributes, list.data(), environ);
+      ::posix_spawnp(&child, list.front(), &actions, &attributes, list.data(), variables.data());
   ::posix_spawnattr_destroy(&attributes);
   ::posix_spawn_file_actions_destroy(&actions);
   if (code != 0) {
@@ -72,9 +90,10 @@ bool read_some(int file, std::string& text) {
 
 }  // namespace
 
-ChildOutput child_output(const std::vector<std::string>& words, const std::stop_token& stop) {
+ChildOutput child_output(const std::vector<std::string>& words, const std::stop_token& stop,
+                         const std::map<std::string, std::string>& environment) {
   Pipe out, err;
-  const pid_t child = started(words, out, err);
+  const pid_t child = started(words, environment_with(environment), out, err);
   out.close(1), err.close(1);
   ChildOutput result;
   constexpr int kBetweenLooks = 100;  // milliseconds

@@ -1,0 +1,29 @@
+#pragma once
+/// What a report of a driver's fault needs to be repeated: versions, flags and environment.
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "qjulia/device.hpp"
+
+namespace qjulia {
+
+struct DriverFacts {
+  bool is_pocl = false;
+  std::string platform_version;  ///< in the platform's own words
+  std::string pocl, llvm;        ///< versions in them; empty where there are none
+  /// What every program is compiled with; programs add -D of their own.
+  std::map<Precision, std::string> build_flags{};
+  /// Flags that PoCL adds without a word (POCL_EXTRA_BUILD_FLAGS); empty: none.
+  std::string extra_build_flags{};
+  /// Variables that OpenCL's loaders, PoCL, Mesa, GPU drivers and this library read, where they are
+  /// set.
+  std::map<std::string, std::string> environment{};
+};
+
+DriverFacts driver_facts(const Device& device);
+
+nlohmann::json to_json(const DriverFacts& facts);
+
+}  // namespace qjulia
