@@ -98,7 +98,7 @@ void add_circumstances(const std::string& name, const nlohmann::json& value, Rep
     return;
   }
   for (const auto& [key, below] : value.items()) {
-    add_circumstances(name.empty() ? key : name + '.' + key, below, report);
+    add_circumstances(name.empty() ? key : fmt::format("{}.{}", name, key), below, report);
   }
 }
 
