@@ -10,11 +10,20 @@ from mathutils import Vector
 # The glTF importer of Debian 12's Blender takes it from NumPy, whose version there has it no more.
 numpy.bool = bool
 
+
+def imported(kind, path):
+    """By the add-on of Blender 3, else by the importer that Blender 4 has instead."""
+    if kind in dir(bpy.ops.import_mesh):
+        getattr(bpy.ops.import_mesh, kind)(filepath=path)
+    else:
+        getattr(bpy.ops.wm, f"{kind}_import")(filepath=path)
+
+
 IMPORTERS = {
     "glb": lambda path: bpy.ops.import_scene.gltf(filepath=path),
-    "ply": lambda path: bpy.ops.import_mesh.ply(filepath=path),
+    "ply": lambda path: imported("ply", path),
     "obj": lambda path: bpy.ops.wm.obj_import(filepath=path),
-    "stl": lambda path: bpy.ops.import_mesh.stl(filepath=path),
+    "stl": lambda path: imported("stl", path),
     "vdb": lambda path: bpy.ops.object.volume_import(filepath=path),
 }
 
