@@ -258,8 +258,8 @@ static inline void take_image(marched_lanes* lanes, int i, real4 u, real growth)
 
 #ifdef QJ_MODULUS_IS_CHEAP
 
-// F is computed, and the lattice gives the versor alone.
-static inline void predict_first_iterate(const marching* with, marched_lanes* lanes, int i) {
+// F is computed, and the lattice, of one level of first iterates, gives the versor alone.
+static inline void predict_first_iterates(const marching* with, marched_lanes* lanes, int i) {
   (void)with, (void)lanes, (void)i;
 }
 
@@ -274,22 +274,35 @@ static inline void predict_first_versor(const marching* with, marched_lanes* lan
 
 #else
 
-// Where the lattice tells the first iterate, the orbit ends there or goes on from its image.
-static inline void predict_first_iterate(const marching* with, marched_lanes* lanes, int i) {
+// What the iterates before the last of a composed image say of how far the start may move (see
+// `reach`). `shrunk`: e^-(the sum of their F). Orbits that one of them ended lie outside at the
+// last one as well; F of the others is not below ln r_in.
+static inline reach reach_of_composed(const marching* with, int iterates, real shrunk) {
+  reach r = {whole_reach().most, 1};
+  if (iterates < 2) return r;
+  for (int n = 1; n < iterates; ++n) r.per_way *= QJ_LN2 / with->march.steepest;
+  r.per_way *= shrunk;
+  r.most = r.per_way * exp(fmax(with->below, (real)-2));
+  return r;
+}
+
+// Where the lattice tells the first iterates, the orbit ends there or goes on from their image.
+static inline void predict_first_iterates(const marching* with, marched_lanes* lanes, int i) {
   real3 p = (real3)(lanes->x[i], lanes->y[i], lanes->z[i]);
   predicted_image image;
   if (!lattice_image(with->lattice, p, &image)) return;
   qlane start = q_make(lane_of(p.x), lane_of(p.y), lane_of(p.z), lane_of(lanes->w[i]));
-  real first = one_of(map_bent(lane_of(image.f), start, with->map));
-  lanes->done[i] = 1;
-  iterate_reach of_first = reach_of_iterate(start, lane_of(first), lane_of(0), lane_of((real)1e15f),
-                                            with->map, with->far_level, with->march.steepest);
-  if (ends(with, first, 1)) {
-    end_orbit(with, lanes, i, first, one_of(of_first.last));
+  real last = one_of(map_bent(lane_of(image.f), start, with->map));
+  reach before = reach_of_composed(with, image.iterates, sqrt(dot(image.u, image.u)));
+  lanes->done[i] = image.iterates;
+  iterate_reach of_last = reach_of_iterate(start, lane_of(last), lane_of(0), lane_of((real)1e15f),
+                                           with->map, with->far_level, with->march.steepest);
+  if (ends(with, last, image.iterates)) {
+    end_orbit(with, lanes, i, last, way_of(before, one_of(of_last.last)));
     return;
   }
-  lanes->so_far[i] = reach_on(lanes->so_far[i], one_of(of_first.per_image), one_of(of_first.most));
-  take_image(lanes, i, image.u, one_of(lane_exp(lane_of(first))));
+  lanes->so_far[i] = reach_on(before, one_of(of_last.per_image), one_of(of_last.most));
+  take_image(lanes, i, image.u, one_of(lane_exp(lane_of(last))));
 }
 
 static inline void predict_first_versor(const marching* with, marched_lanes* lanes, int i) {
@@ -298,21 +311,29 @@ static inline void predict_first_versor(const marching* with, marched_lanes* lan
 
 #endif
 
-// Runs the iterates of an orbit that are looked up in the table, as far as it goes.
+// Runs the iterates of an orbit that are looked up in the table, as far as it goes. Of iterates for
+// which the table is too coarse, it ends those that it is sure of.
 static inline void follow_table(const marching* with, marched_lanes* lanes, int i) {
-  while (lanes->waits[i] == WAITS_FOR_F && lanes->done[i] + 1 >= with->march.tabled) {
+  while (lanes->waits[i] == WAITS_FOR_F && lanes->done[i] + 1 >= with->march.sided) {
+    bool is_coarse = lanes->done[i] + 1 < with->march.tabled;
     table_place place =
         place_in_table(with->table, (real4)(lanes->x[i], lanes->y[i], lanes->z[i], lanes->w[i]));
     qlane q = q_make(lane_of(lanes->x[i]), lane_of(lanes->y[i]), lane_of(lanes->z[i]),
                      lane_of(lanes->w[i]));
-    ++lanes->done[i];
     if (place.state == QJ_TABLE_INSIDE) {
+      ++lanes->done[i];
       end_orbit(with, lanes, i, with->below - 1, 0);
       return;
     }
     real kinds =
         place.state < 0 ? table_bound(with->table, place) : table_field(with->table, place);
     real f = one_of(map_bent(lane_of(kinds), q, with->map));
+    // Where the map's F is steeper than its kind's, so much more is it off.
+    real margin = with->march.margin * (1 + with->map[QJ_MAP_STEEPER]);
+    if (is_coarse && (place.state < 0 || (f > with->below - margin && f < with->above + margin))) {
+      return;
+    }
+    ++lanes->done[i];
     iterate_reach step = reach_of_iterate(q, lane_of(f), lane_of(0), lane_of((real)1e15f),
                                           with->map, with->far_level, with->march.steepest);
     if (ends(with, f, lanes->done[i]) || place.state < 0) {
@@ -341,7 +362,7 @@ static inline void go_on(const marching* with, marched_lanes* lanes, int i, int*
       continue;
     }
     begin_orbit(with, lanes, i);
-    predict_first_iterate(with, lanes, i);
+    predict_first_iterates(with, lanes, i);
   }
 }
 

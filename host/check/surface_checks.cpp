@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,7 +16,7 @@
 #include "map/reference_iteration.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/surface.hpp"
-#include "surface/grid_layout.hpp"
+#include "surface/image_lattice.hpp"
 #include "surface/level_set.hpp"
 
 namespace qjulia::check {
@@ -122,6 +123,8 @@ double image_lattice(const Device& device, Precision precision) {
     if (member == 0) group = device::narrow(number) << QJ_LATTICE_GROUP;
     if (is_stored(number)) group |= 1 << member;
   }
+  surface::ImageLattice::Level level;
+  level.grid = grid;
   device::Context& context = device.context();
   const auto kernel = context.kernel("image_lattice.cl", "trust_cells",
                                      {device.lane_width(precision), precision, {}});
@@ -129,14 +132,52 @@ double image_lattice(const Device& device, Precision precision) {
   const auto sent = [&](const std::vector<double>& reals) {
     return context.upload_real(reals, precision);
   };
-  context.launch(kernel, {{cells.size(), 1, 1}},
-                 {context.upload<std::int32_t>(cells), device::narrow(cells.size()),
-                  sent(surface::grid_layout(grid)), context.upload<std::int32_t>(places),
-                  sent(field), sent(versors), device::Argument::real(1e-3, precision), trusted});
+  context.launch(
+      kernel, {{cells.size(), 1, 1}},
+      {context.upload<std::int32_t>(cells), device::narrow(cells.size()),
+       sent(surface::ImageLattice::layout_of(std::span(&level, 1))), 0,
+       context.upload<std::int32_t>(places), sent(field), sent(versors),
+       device::Argument::real(1e-3, precision), device::Argument::real(0, precision), trusted});
   context.read<std::uint8_t>(trusted, found);
   return static_cast<double>(field.size()) -
          std::transform_reduce(found.begin(), found.end(), right.begin(), 0.0, std::plus<>(),
                                std::equal_to<>());
+}
+
+/// The point where the first two iterates take the nodes of a turned lattice, with the reference.
+double composed_images(const Device& device, Precision precision) {
+  constexpr int kIterates = 2;
+  const Map work = small_work().map;
+  const map::DeviceMap map(device, work, {0, 0, kNoEscape}, precision);
+  surface::ImageLattice::Level level;
+  level.iterates = kIterates;
+  level.axes = Eigen::AngleAxisd(0.7, Vector3d(1, -2, 3).normalized()).toRotationMatrix();
+  level.grid = {Vector3d(-0.6, -0.5, -0.4), 0.3, {4, 4, 4}};
+  const std::size_t nodes = whole(level.grid).size();
+  device::Context& context = device.context();
+  const auto numbers = context.upload<std::int32_t>(surface::all_numbers(nodes));
+  const auto fields = context.allocate_real(nodes, precision),
+             versors = context.allocate_real(4 * nodes, precision);
+  const std::size_t groups = map.groups(nodes);
+  context.launch(
+      map.kernel("image_lattice.cl", "composed_images"), {{groups, 1, 1}},
+      {numbers, numbers,
+       context.upload_real(surface::ImageLattice::layout_of(std::span(&level, 1)), precision),
+       kIterates, 0, device::narrow(groups), map.buffer(), map.factors(), fields, versors});
+  std::vector<double> f(nodes), u(4 * nodes);
+  context.read(fields, f);
+  context.read(versors, u);
+  double worst = 0;
+  surface::for_points(level.grid.points, [&](std::size_t i, const Eigen::Vector3i& at) {
+    const Vector3d p = level.axes.transpose() * level.grid.point(at);
+    const reference::Step first = reference::step(work, {p.x(), p.y(), p.z(), map.slice()});
+    const double growth = std::exp(first.log_norm);
+    const reference::Step second = reference::step(work, growth * first.versor);
+    const Quaternion found{u[4 * i], u[4 * i + 1], u[4 * i + 2], u[4 * i + 3]};
+    worst = larger_error(worst, std::abs(f[i] - second.log_norm));
+    worst = larger_error(worst, norm(growth * found - second.versor));
+  });
+  return worst;
 }
 
 /// A table of one brick, over the cube from -1 to 1. Its F is linear, and its U is 1.
@@ -239,6 +280,8 @@ constexpr std::array kSurfaceChecks{
     Check{"interpolated_orbit.cl", "surface of a ball, in cells", 0.5, 0.5, interpolated_surface},
     Check{"place_vertices.cl", "vertices of a ball, in cells", 0.011, 0.011, placed_vertices},
     Check{"image_lattice.cl", "cells that are wrong", 0, 0, image_lattice},
+    Check{"image_lattice.cl", "images of two iterates, with the reference", 1e-3, 1e-9,
+          composed_images, true},
     Check{"image_table.cl", "images from a table", 1e-5, 1e-12, image_table},
     Check{"look_up.cl", "ends of orbits that are looked up", 1e-5, 1e-12, looked_up},
 };

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -15,6 +14,7 @@
 #include "layout/picture_layout.h"
 #include "map/device_map.hpp"
 #include "picture/band_grid.hpp"
+#include "picture/close_up.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/orbit_traits.hpp"
@@ -38,8 +38,20 @@ constexpr double kMostUsualIterates = 300;
 
 /// Maps whose iterate costs less, in factors' logarithms, are not worth interpolating.
 constexpr double kWorthInterpolating = 150;
-/// A lattice for the part of the band in sight is made where that is less than this share of it.
+/// A view has a lattice of its own if it shows less than this share of the set.
 constexpr double kPart = 0.5;
+/// What looking up later iterates may displace in such a view, over what interpolated images may:
+/// composed images make up for what the table then serves less. As much as they may where images
+/// are not composed.
+constexpr double kCloseTableShare = 0.5;
+/// Rays in a row that show where such a lattice is to have nodes; nodes that it may have, for
+/// memory's sake.
+constexpr int kFewColumns = 80;
+constexpr double kFewestNodes = 3e5, kMostNodes = 4e6;
+/// Rays bisect their hits within so many pixels, or shares of a step, if that is more.
+constexpr double kLeastReach = 2, kReach = 0.5;
+/// How far around what is seen rays of lights come from, in steps of the band's grid.
+constexpr double kAround = 2;
 
 /// The most that interpolated images may displace what is seen, pixels.
 constexpr double kDisplacement = 0.125;
@@ -52,7 +64,7 @@ constexpr double kTableShare = 0.3;
 constexpr double kNodesARay = 10;
 /// A table of images is made once so many rays were asked for.
 constexpr double kRaysWorthTable = 5e4;
-/// For memory's sake: one for the lights, one for the camera.
+/// For memory's sake: one for the lights, one for a camera that sees all.
 constexpr std::size_t kMostLattices = 2;
 
 /// In a close-up, the places that rays pass through are at least so many pixels wide, and at most
@@ -97,59 +109,13 @@ std::vector<PixelRay> all_rays(int columns, int first_row, int rows) {
   return rays;
 }
 
-/// A box about what rays of the view meet in `bounds`.
-Box box_in_sight(const View& view, const Box& bounds) {
-  const double middle = (bounds.center() - view.eye).norm(), reach = 0.5 * bounds.diagonal();
-  Eigen::AlignedBox3d sight;
-  for (const double x : {0.0, double(view.columns)}) {
-    for (const double y : {0.0, double(view.rows)}) {
-      // As far along the view's axis as the bounds reach.
-      for (const double depth : {std::max(0.0, middle - reach), middle + reach}) {
-        sight.extend(view.origin(x, y) + depth * view.direction(x, y));
-      }
-    }
-  }
-  return {sight.min().cwiseMax(bounds.low), sight.max().cwiseMin(bounds.high)};
+/// Whether the view is so narrow that a lattice for what it shows is worth making, of a set of this
+/// size.
+bool is_close_up(const View& view, const Eigen::Vector3d& size) {
+  const double seen = view.footprint * view.footprint * view.columns * view.rows;
+  const double whole = size.prod() / size.minCoeff();  // its largest face
+  return !view.dir_dx.isZero(0) && seen < kPart * whole;
 }
-
-/// Whether anything within `reach` of a point can be seen in a perspective view.
-class InSight {
- public:
-  /// @param coarse a view with few pixels. @param depths of its pixels, right to about `error`.
-  InSight(const View& coarse, std::vector<float> depths, double error)
-      : view_(coarse),
-        depths_(std::move(depths)),
-        error_(error),
-        axis_(view_.direction(0.5 * view_.columns, 0.5 * view_.rows)) {}
-
-  bool operator()(const Eigen::Vector3d& p, double reach) const {
-    const Eigen::Vector3d from_eye = p - view_.eye;
-    const double scale = axis_.squaredNorm() / from_eye.dot(axis_);
-    if (!(scale > 0)) return true;
-    const Eigen::Vector3d across = scale * from_eye - view_.dir;
-    const auto range = [&](const Eigen::Vector3d& pixel, int pixels) {
-      const double middle = across.dot(pixel) / pixel.squaredNorm();
-      const double around = 1 + scale * reach / pixel.norm();
-      return std::pair(std::max(0, static_cast<int>(std::floor(middle - around))),
-                       std::min(pixels, static_cast<int>(std::ceil(middle + around))));
-    };
-    const auto [left, right] = range(view_.dir_dx, view_.columns);
-    const auto [top, bottom] = range(view_.dir_dy, view_.rows);
-    for (int row = top; row < bottom; ++row) {
-      for (int column = left; column < right; ++column) {
-        const double depth = depths_[index(column, row, view_.columns)];
-        if (depth < 0 || from_eye.norm() < depth + reach + error_) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  View view_;
-  std::vector<float> depths_;
-  double error_;
-  Eigen::Vector3d axis_;
-};
 
 /// A map's box in map coordinates, or where it knows none, one that holds most of its factors.
 Box shape_box(const Map& map) {
@@ -186,9 +152,11 @@ class MarchSource : public DepthSource {
     if (grid_.is_empty()) return;
     rays_ += static_cast<double>(view.columns) * view.rows;
     // The finest view first: its tables serve the others.
-    table_for(displacement_of(view));
+    const bool is_close = is_close_up(view, grid_.bounds().size());
+    table_for((is_close ? kCloseTableShare : 1) * displacement_of(view));
     leave_out_loose(view);
     look_finer(view);
+    lattice_for(view);
   }
 
   std::vector<float> traits(const std::vector<Eigen::Vector3d>& points,
@@ -235,7 +203,8 @@ class MarchSource : public DepthSource {
       rays.push_back({ray.column + 0.5, ray.row + 0.5, hint, ray.until});
       numbers.push_back(i);
     }
-    march(view, view, rays, [&](std::size_t i, float depth) { depths[numbers[i]] = depth; });
+    march(view, served(view), rays,
+          [&](std::size_t i, float depth) { depths[numbers[i]] = depth; });
     return depths;
   }
 
@@ -250,16 +219,18 @@ class MarchSource : public DepthSource {
     for (const LightRay& ray : asked) rays.push_back({ray.x, ray.y, std::max(0.0F, ray.from)});
     std::vector<bool> found(rays.size());
     const auto near = static_cast<float>(seen_by.footprint * seen_by.samples);
-    march(view, seen_by, rays,
+    march(view, served(seen_by), rays,
           [&](std::size_t i, float depth) { found[i] = depth >= 0 && depth < asked[i].to - near; });
     return found;
   }
 
   LookupReport lookups() const override {
     LookupReport report;
-    if (!lattices_.empty()) {
-      report.nodes = lattices_.back().nodes();
-      report.trusted_share = lattices_.back().trusted_share();
+    if (close_up_ || !lattices_.empty()) {
+      const surface::ImageLattice& made = close_up_ ? close_up_->lattice : lattices_.back();
+      report.nodes = made.nodes();
+      report.trusted_share = made.trusted_share();
+      report.iterates = std::max(made.iterates(), 1);
     }
     if (table_ && !table_->is_empty()) {
       report.table_bytes =
@@ -276,6 +247,18 @@ class MarchSource : public DepthSource {
     const double away =
         std::min((at - set_.part->low).minCoeff(), (set_.part->high - at).minCoeff());
     return away < double{ray.until} - double{ray.hit};
+  }
+
+  /// Tables for rays.
+  struct Served {
+    const surface::ImageLattice& lattice;
+    int tabled;
+  };
+  /// What serves the view's rays.
+  Served served(const View& view) {
+    const surface::ImageLattice& lattice = lattice_for(view);
+    const bool is_own = close_up_ && &lattice == &close_up_->lattice;
+    return {lattice, is_own ? close_up_->tabled : tabled_for(displacement_of(view))};
   }
 
   /// Finds the loose pieces at the first view, by what serves its rays.
@@ -300,8 +283,11 @@ class MarchSource : public DepthSource {
     const surface::ImageTable& table = table_for(displacement);
     const int tabled = table.first_iterate(displacement);
     if (tabled > 2) return nullptr;
+    const bool is_close = is_close_up(view, grid_.bounds().size());
+    const surface::ImageLattice& lattice =
+        is_close ? wide_lattice(kDisplacement * whole_grid().step()) : lattice_for(view);
     return std::make_shared<const surface::OrbitLookup>(
-        surface::OrbitLookup{lattice_for(view), table, tabled});
+        surface::OrbitLookup{lattice, table, tabled});
   }
   /// The grid over the whole set.
   BandGrid& whole_grid() { return whole_ ? *whole_ : grid_; }
@@ -384,11 +370,22 @@ class MarchSource : public DepthSource {
     return cells;
   }
 
-  /// What serves the view's rays; made at the first call.
-  const surface::ImageLattice& lattice_for(const View& view) {
-    const double displacement = displacement_of(view);
-    Box box = box_in_sight(view, grid_.bounds());
-    if (!interpolates() || (box.size().array() <= 0).any()) {
+  /// The first iterate that may be looked up in the table for this displacement.
+  int tabled_for(double displacement) {
+    return std::min(table_for(displacement).first_iterate(displacement), set_.iterations + 1);
+  }
+
+  /// How far first iterates move where points do.
+  double stretch() {
+    // In a factor map the versor turns faster than F rises.
+    if (!stretch_) stretch_ = std::max(band_.steepest, surface::first_stretch(map_, set_.stop));
+    return *stretch_;
+  }
+
+  /// What serves rays all over the set, for this displacement.
+  const surface::ImageLattice& wide_lattice(double displacement) {
+    const Box& box = grid_.bounds();
+    if (!interpolates()) {
       if (lattices_.empty()) lattices_.emplace_back(map_);
       return lattices_.front();
     }
@@ -396,46 +393,116 @@ class MarchSource : public DepthSource {
       return made.serves(box, displacement);
     });
     if (found != lattices_.end()) return *found;
-    if (box.size().prod() > kPart * grid_.bounds().size().prod()) box = grid_.bounds();
     if (lattices_.size() == kMostLattices) lattices_.pop_front();
-    // In a factor map the versor turns faster than F rises.
-    if (!stretch_) stretch_ = std::max(band_.steepest, surface::first_stretch(map_, set_.stop));
     return lattices_.emplace_back(
         map_, box, [&](const surface::Grid& grid) { return cells_asked_for(grid); },
-        surface::ImageLattice::Fineness{displacement, kTypicalShare * displacement, *stretch_,
+        surface::ImageLattice::Fineness{displacement, kTypicalShare * displacement, stretch(),
                                         kNodesARay * rays_},
         set_.stop);
+  }
+
+  /// What serves the view's rays; made at the first call.
+  const surface::ImageLattice& lattice_for(const View& view) {
+    const double displacement = displacement_of(view);
+    if (!interpolates() || !is_close_up(view, grid_.bounds().size())) {
+      return wide_lattice(displacement);
+    }
+    const bool serves = close_up_ && close_up_->eye == view.eye && close_up_->dir == view.dir &&
+                        close_up_->displacement == displacement;
+    if (!serves) {
+      close_up_.reset();
+      const int tabled = tabled_close_up(view, displacement);
+      close_up_.emplace(MadeCloseUp{view.eye, view.dir, displacement, tabled,
+                                    lattice_of(view, displacement, tabled)});
+    }
+    return close_up_->lattice;
+  }
+
+  /// How far images after so many iterates move where points do.
+  double stretch_after(int iterates) {
+    return stretch() * std::pow(table_->stretch(), iterates - 1);
+  }
+
+  /// The first iterate that is looked up in the table in a close-up.
+  int tabled_close_up(const View& view, double displacement) {
+    const int tabled = tabled_for(kCloseTableShare * displacement);
+    const bool is_worth = tabled > 2 && is_worth_composing(view, kTypicalShare * displacement,
+                                                           stretch_after(tabled - 1));
+    return is_worth ? tabled : tabled_for(displacement);
+  }
+
+  /// @param tabled the first iterate that is looked up in the table.
+  surface::ImageLattice lattice_of(const View& view, double displacement, int tabled) {
+    View few = view;
+    few.samples = std::clamp(view.columns / kFewColumns, 1, std::min(view.columns, view.rows));
+    few = few.coarse();
+    CloseUp close_up{
+        .view = view,
+        .few = few,
+        .depths = no_hits(few, few.rows),
+        .displacement = displacement,
+        .typical = kTypicalShare * displacement,
+        .stretches = {},
+        .around = kAround * grid_.step(),
+        .most_nodes = std::clamp(kNodesARay * view.columns * view.rows, kFewestNodes, kMostNodes)};
+    few.footprint = view.footprint;
+    few.tolerance = view.tolerance;
+    // Paint bends F of the iterates in between. Where there is no table, F and U of all later
+    // iterates have to be computed, beside which those of one more matter little.
+    const int most =
+        table_->is_empty() || set_.map.layers.paint ? 1 : std::min(tabled, set_.iterations) - 1;
+    for (int n = 1; n <= std::max(most, 1); ++n) {
+      close_up.stretches.push_back(stretch_after(n));
+    }
+    close_up.reach =
+        std::max(kLeastReach * view.footprint * view.samples, kReach * shortest_step(view));
+    const surface::ImageLattice none(map_);
+    const std::vector<PixelRay> pixels = all_rays(few.columns, 0, few.rows);
+    std::vector<Ray> rays(pixels.size());
+    std::ranges::transform(pixels, rays.begin(), &PixelRay::ray);
+    march(few, {none, tabled}, rays, [&](std::size_t i, float depth) {
+      close_up.depths[index(pixels[i].column, pixels[i].row, few.columns)] = depth;
+    });
+    return {map_,
+            levels_for(close_up, [&](const Eigen::Vector3d& p,
+                                     double reach) { return grid_.has_orbits_near(p, reach); }),
+            set_.stop};
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {
     return std::vector<float>(index(0, rows, view.columns), static_cast<float>(QJ_NO_HIT));
   }
 
-  /// @param served the view whose tables serve these rays. @param take takes (i, depth), the depth
-  /// of ray i.
-  template <class Take>
-  void march(const View& view, const View& served, const std::vector<Ray>& rays, const Take& take) {
-    device::Context& context = map_.context();
-    const auto packed = context.upload_real(view.packed(), set_.precision);
-    // The least difference between depths that rounding leaves, with a margin: rays that took
-    // shorter steps, or were bisected further, would never end.
+  /// The least difference between depths that rounding leaves, with a margin: rays that took
+  /// shorter steps, or were bisected further, would never end.
+  double finest_step(const View& view) const {
     const double farthest = view.eye.norm() + band_.radius;
-    const double finest = farthest * (set_.precision == Precision::dbl ? 0x1p-50 : 0x1p-21);
-    // Fine enough for what a pixel can show, and for the shell's own grain.
+    return farthest * (set_.precision == Precision::dbl ? 0x1p-50 : 0x1p-21);
+  }
+  /// The least step of rays: fine enough for what a pixel can show, and for the shell's own grain.
+  double shortest_step(const View& view) const {
     const double shell = 1 / band_.steepest;
     // Copies in portals have finer grain than any shell: there pixels alone decide.
     const double grain = map_.has_portals() ? 0 : shell / 40;
-    const double step = std::max(finest, std::clamp(view.footprint, grain, shell / 6));
+    return std::max(finest_step(view), std::clamp(view.footprint, grain, shell / 6));
+  }
+
+  /// @param take takes (i, depth), the depth of ray i.
+  template <class Take>
+  void march(const View& view, const Served& with, const std::vector<Ray>& rays, const Take& take) {
+    device::Context& context = map_.context();
+    const auto packed = context.upload_real(view.packed(), set_.precision);
+    const double finest = finest_step(view), step = shortest_step(view);
     const double tolerance = std::max(finest, view.tolerance);
     if (grid_.step() < 4 * finest) {
       throw Error(fmt::format(
           "the set is too small for its distance of {:.2g} from the eye or the map's origin to be "
           "drawn in {} precision",
-          farthest, to_string(set_.precision)));
+          view.eye.norm() + band_.radius, to_string(set_.precision)));
     }
-    const surface::ImageLattice& lattice = lattice_for(served);
-    const double displacement = displacement_of(served);
-    const int tabled = table_for(displacement).first_iterate(displacement);
+    const surface::ImageLattice& lattice = with.lattice;
+    // The table's F is that of the map's kind, without paint.
+    const bool ends_by_table = !table_->is_empty() && !set_.map.layers.paint;
     // Where undecided points reach far, a launch takes fewer rays, so that none takes long.
     const double longer =
         std::max(1.0, set_.iterations * grid_.way_in_band() / step / kMostUsualIterates);
@@ -459,11 +526,13 @@ class MarchSource : public DepthSource {
                                   .steepest = real(band_.steepest),
                                   .shortest = real(step),
                                   .tolerance = real(tolerance),
+                                  .margin = real(table_->margin()),
                                   .iterations = set_.iterations,
                                   .stride = device::narrow(part.stride),
                                   .count = device::narrow(part.count),
                                   .share = device::narrow(share),
-                                  .tabled = std::min(tabled, set_.iterations + 1),
+                                  .sided = ends_by_table ? std::min(2, with.tabled) : with.tabled,
+                                  .tabled = with.tabled,
                                   .finer = loose_.finer};
           });
           surface::Arguments arguments({map_.buffer(),
@@ -502,7 +571,7 @@ class MarchSource : public DepthSource {
                   std::vector<float>& depths) {
     std::vector<Ray> rays(pixels.size());
     std::ranges::transform(pixels, rays.begin(), &PixelRay::ray);
-    march(view, view, rays, [&](std::size_t i, float depth) {
+    march(view, served(view), rays, [&](std::size_t i, float depth) {
       depths[index(pixels[i].column, pixels[i].row - first_row, view.columns)] = depth;
     });
   }
@@ -546,8 +615,15 @@ class MarchSource : public DepthSource {
   bool has_sought_loose_ = false;
   device::RealBuffer loose_layout_;
   device::Buffer<std::uint32_t> loose_bits_, finer_cells_, finer_bits_;
-  std::unique_ptr<BandGrid> whole_;  ///< where `grid_` is over a part
-  std::deque<surface::ImageLattice> lattices_;
+  std::unique_ptr<BandGrid> whole_;             ///< where `grid_` is over a part
+  std::deque<surface::ImageLattice> lattices_;  ///< over all of the set
+  struct MadeCloseUp {
+    Eigen::Vector3d eye, dir;
+    double displacement;
+    int tabled;  ///< the first iterate that is looked up in the table
+    surface::ImageLattice lattice;
+  };
+  std::optional<MadeCloseUp> close_up_;
   std::optional<surface::ImageTable> table_;
   /// The least displacement that a table was made for; 0 when no finer one can be made.
   double table_made_for_ = std::numeric_limits<double>::infinity();

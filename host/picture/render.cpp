@@ -348,8 +348,11 @@ Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 std::string to_text(const LookupReport& report) {
   std::string text;
   if (report.nodes > 0) {
-    text = fmt::format("first iterates from {} nodes, {:.0f} % of their cells trusted",
-                       report.nodes, 100 * report.trusted_share);
+    const std::string first = report.iterates > 1
+                                  ? fmt::format("the first {} iterates", report.iterates)
+                                  : "first iterates";
+    text = fmt::format("{} from {} nodes, {:.0f} % of their cells trusted", first, report.nodes,
+                       100 * report.trusted_share);
   }
   if (report.table_bytes > 0) {
     text += fmt::format("{}later ones from a table of {:.1f} MB", text.empty() ? "" : "; ",

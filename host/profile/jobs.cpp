@@ -262,7 +262,7 @@ class JobList {
     const Kernels kernels{
         "march_depth",      "safe_steps",     "grid_depth",  "normals_of_depth", "sample_receivers",
         "ground_receivers", "sky_light",      "ground_sky",  "key_light",        "shade_pixels",
-        "block_images",     "trust_cells",    "cube_bounds", "node_fields",      "node_versors",
+        "composed_images",  "trust_cells",    "cube_bounds", "node_fields",      "node_versors",
         "table_images",     "look_up_points", "look_up_rest"};
     if (!is_wanted("ray_march", kernels)) return;
     // 160 x 120 rays for the usual number of samples.

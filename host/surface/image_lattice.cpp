@@ -7,7 +7,7 @@
 #include "layout/image_lattice.h"
 #include "qjulia/progress.hpp"
 #include "surface/grid_layout.hpp"
-#include "surface/interpolated_orbits.hpp"
+#include "surface/level_set.hpp"
 
 namespace qjulia::surface {
 namespace {
@@ -47,32 +47,94 @@ std::vector<std::int32_t> nodes_of(const Grid& grid, const std::vector<std::int3
   return nodes;
 }
 
-/// Where nodes are stored (layout/image_lattice.h).
-struct Storage {
-  std::vector<std::int32_t> places;  ///< by group of nodes
-  std::vector<std::int32_t> slots;   ///< by node stored
-  std::size_t size = 0;              ///< slots, those that stay empty included
-
-  /// @param nodes numbers of those to store, rising. @param all how many the lattice has.
-  Storage(const std::vector<std::int32_t>& nodes, std::size_t all)
-      : places((all + QJ_LATTICE_GROUP - 1) / QJ_LATTICE_GROUP), slots(nodes.size()) {
+/// Where the nodes of all levels are stored (layout/image_lattice.h).
+class Storage {
+ public:
+  /// The slots of a level's nodes. @param nodes numbers of those to store, rising. @param all how
+  /// many the level has.
+  std::vector<std::int32_t> add(const std::vector<std::int32_t>& nodes, std::size_t all) {
+    const std::size_t first = places_.size();
+    places_.resize(first + all / QJ_LATTICE_GROUP);
+    std::vector<std::int32_t> slots(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const std::int32_t member = nodes[i] % QJ_LATTICE_GROUP;
-      std::int32_t& group = places[static_cast<std::size_t>(nodes[i] / QJ_LATTICE_GROUP)];
+      std::int32_t& group = places_[first + static_cast<std::size_t>(nodes[i] / QJ_LATTICE_GROUP)];
       if (group == 0) {
-        group = device::narrow(size << QJ_LATTICE_GROUP);
-        size += QJ_LATTICE_GROUP;
+        group = device::narrow(size_ << QJ_LATTICE_GROUP);
+        size_ += QJ_LATTICE_GROUP;
       }
       group |= 1 << member;
       slots[i] = (group >> QJ_LATTICE_GROUP) + member;
     }
+    return slots;
   }
+  /// By group of nodes.
+  const std::vector<std::int32_t>& places() const { return places_; }
+  /// How many slots there are, those that stay empty included.
+  std::size_t size() const { return size_; }
+
+ private:
+  std::vector<std::int32_t> places_;
+  std::size_t size_ = 0;
 };
 
 }  // namespace
 
+std::vector<double> ImageLattice::layout_of(std::span<const Level> levels) {
+  std::vector<double> layout;
+  std::size_t groups = 0;
+  for (const Level& level : levels) {
+    const std::vector<double> grid = grid_layout(level.grid);
+    const std::size_t first = layout.size();
+    layout.resize(first + QJ_LEVEL_SIZE);
+    std::ranges::copy(grid, layout.begin() + static_cast<std::ptrdiff_t>(first));
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      for (Eigen::Index c = 0; c < 3; ++c) {
+        layout[first + QJ_LEVEL_AXES + static_cast<std::size_t>(3 * axis + c)] =
+            level.axes(axis, c);
+      }
+    }
+    layout[first + QJ_LEVEL_ITERATES] = level.iterates;
+    layout[first + QJ_LEVEL_GROUPS] = static_cast<double>(groups);
+    layout[first + QJ_LEVEL_FOLLOWED] = &level == &levels.back() ? 0 : 1;
+    groups += whole(level.grid).size() / QJ_LATTICE_GROUP;
+  }
+  return layout;
+}
+
+namespace {
+
+/// Computes the images of these nodes of a level.
+void compute_images(const map::DeviceMap& map, const device::RealBuffer& layout,
+                    const ImageLattice::Level& level, std::vector<std::int32_t> nodes,
+                    std::vector<std::int32_t> slots, const device::RealBuffer& field,
+                    const device::RealBuffer& versors, const std::stop_token& stop) {
+  device::Context& context = map.context();
+  const device::Kernel kernel = map.kernel("image_lattice.cl", "composed_images");
+  for (std::size_t first = 0; first < nodes.size(); first += kNodesAtOnce) {
+    throw_if_stopped(stop);
+    const std::size_t last = std::min(first + kNodesAtOnce, nodes.size());
+    const auto part = [&](const std::vector<std::int32_t>& all) {
+      std::vector<std::int32_t> some(all.begin() + static_cast<std::ptrdiff_t>(first),
+                                     all.begin() + static_cast<std::ptrdiff_t>(last));
+      some.resize(map.groups(some.size()) * map.lanes(), some.back());
+      return context.upload<std::int32_t>(some);
+    };
+    const auto from = part(nodes), to = part(slots);
+    const auto arguments = [&](std::size_t begin, std::size_t count) {
+      return Arguments({from, to, layout, level.iterates, device::narrow(begin),
+                        device::narrow(count), map.buffer(), map.factors(), field, versors});
+    };
+    device::launch_in_parts(context, kernel, map.groups(last - first),
+                            level.iterates * map.step_cost() * map.points_per_item(), arguments);
+    context.finish();
+  }
+}
+
+}  // namespace
+
 ImageLattice::ImageLattice(const map::DeviceMap& map)
-    : layout_(map.context().upload_real(grid_layout({}), map.precision())),
+    : layout_(map.context().upload_real(std::vector<double>(QJ_LEVEL_SIZE), map.precision())),
       field_(map.context().allocate_real(1, map.precision())),
       versors_(map.context().allocate_real(1, map.precision())),
       places_(map.context().allocate<std::int32_t>(1)),
@@ -83,47 +145,80 @@ ImageLattice::ImageLattice(const map::DeviceMap& map, const Box& box, const Cell
     : ImageLattice(map) {
   box_ = box;
   displacement_ = fineness.displacement;
-  device::Context& context = map.context();
-  // The image moves stretch · e^F times as far as the point, and interpolation is off by a share
-  // of e^F.
-  const double allowed = fineness.displacement * fineness.stretch;
-  const double turn =
-      std::clamp(std::pow(fineness.typical * fineness.stretch / kError, 0.25), kNearest, kFarthest);
   const double most_nodes = std::clamp(fineness.most_nodes, kFewestNodes, kMostNodes);
   const double finest = std::cbrt(box.size().prod() / most_nodes);
-  const double step = std::max(turn / fineness.stretch, finest);
-  if (step > kCoarsest * turn / fineness.stretch) return;
+  const double right = step_for(fineness.typical, fineness.stretch);
+  const double step = std::max(right, finest);
+  if (step > kCoarsest * right) return;
+  Level level;
+  level.displacement = fineness.displacement;
+  level.grid = grid_about(box, step);
+  level.cells = cells_of(level.grid);
+  // The image moves stretch · e^F times as far as the point, and interpolation is off by a share
+  // of e^F.
+  const Allowed allowed{fineness.displacement * fineness.stretch, 0};
+  make(
+      map, std::span(&level, 1), [&](const Level&) { return allowed; }, stop);
+}
+
+ImageLattice::ImageLattice(const map::DeviceMap& map, std::span<const Level> levels,
+                           const std::stop_token& stop)
+    : ImageLattice(map) {
+  if (levels.empty()) return;
+  // What points are displaced by follows from how far images move there.
+  make(
+      map, levels,
+      [](const Level& level) {
+        return Allowed{0, level.displacement / level.grid.step};
+      },
+      stop);
+}
+
+Grid ImageLattice::grid_about(const Box& box, double step) {
   // Cells about the box with the nodes that they are interpolated from.
   Grid grid = grid_around(box, step, 1.5);
   grid.points.x() += -grid.points.x() & (QJ_LATTICE_GROUP - 1);  // whole groups of nodes
-  const std::size_t size = whole(grid).size();
-  const std::vector<std::int32_t> cells = cells_of(grid);
-  layout_ = context.upload_real(grid_layout(grid), map.precision());
-  trusted_ = context.upload<std::uint8_t>(std::vector<std::uint8_t>(size));
-  if (cells.empty()) return;
-  const std::vector<std::int32_t> nodes = nodes_of(grid, cells);
-  const Storage storage(nodes, size);
-  places_ = context.upload<std::int32_t>(storage.places);
-  field_ = context.allocate_real(storage.size, map.precision());
-  versors_ = context.allocate_real(4 * storage.size, map.precision());
-  nodes_ = nodes.size();
-  for (std::size_t first = 0; first < nodes.size(); first += kNodesAtOnce) {
-    throw_if_stopped(stop);
-    const std::size_t count = std::min(kNodesAtOnce, nodes.size() - first);
-    const auto begin = nodes.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto slot = storage.slots.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto size_of_part = static_cast<std::ptrdiff_t>(count);
-    block_images(map, grid, whole(grid), 1, {begin, begin + size_of_part},
-                 {slot, slot + size_of_part}, field_, versors_);
-    context.finish();
+  return grid;
+}
+
+double ImageLattice::step_for(double typical, double stretch) {
+  return std::clamp(std::pow(typical * stretch / kError, 0.25), kNearest, kFarthest) / stretch;
+}
+
+void ImageLattice::make(const map::DeviceMap& map, std::span<const Level> levels,
+                        const AllowedOf& allowed_of, const std::stop_token& stop) {
+  device::Context& context = map.context();
+  layout_ = context.upload_real(layout_of(levels), map.precision());
+  Storage storage;
+  std::vector<std::vector<std::int32_t>> nodes, slots;
+  std::size_t cells = 0;
+  for (const Level& level : levels) {
+    nodes.push_back(nodes_of(level.grid, level.cells));
+    slots.push_back(storage.add(nodes.back(), whole(level.grid).size()));
+    nodes_ += nodes.back().size();
+    cells += level.cells.size();
   }
-  context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{cells.size(), 1, 1}, {}},
-                 {context.upload<std::int32_t>(cells), device::narrow(cells.size()), layout_,
-                  places_, field_, versors_, map.real(allowed), trusted_});
-  std::vector<std::uint8_t> trusted(size);
+  std::vector<std::uint8_t> trusted(storage.places().size() * QJ_LATTICE_GROUP);
+  trusted_ = context.upload<std::uint8_t>(trusted);
+  if (cells == 0) return;
+  iterates_ = levels.front().iterates;
+  places_ = context.upload<std::int32_t>(storage.places());
+  field_ = context.allocate_real(storage.size(), map.precision());
+  versors_ = context.allocate_real(4 * storage.size(), map.precision());
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const Level& level = levels[i];
+    if (level.cells.empty()) continue;
+    const auto own_layout = context.upload_real(layout_of(levels.subspan(i, 1)), map.precision());
+    compute_images(map, own_layout, level, std::move(nodes[i]), std::move(slots[i]), field_,
+                   versors_, stop);
+    const Allowed allowed = allowed_of(level);
+    context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{level.cells.size(), 1, 1}, {}},
+                   {context.upload<std::int32_t>(level.cells), device::narrow(level.cells.size()),
+                    layout_, device::narrow(i * QJ_LEVEL_SIZE), places_, field_, versors_,
+                    map.real(allowed.least), map.real(allowed.moves), trusted_});
+  }
   context.read(trusted_, std::span(trusted));
-  trusted_share_ =
-      static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells.size());
+  trusted_share_ = static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells);
 }
 
 bool ImageLattice::serves(const Box& box, double displacement) const {

@@ -23,6 +23,8 @@ constexpr std::size_t kMostKept = 20000;
 constexpr double kBelow = 4, kAbove = 4;
 /// Points at which the table is compared with the map.
 constexpr std::size_t kTableProbes = 60000;
+/// How far off F may be, over the most that it was found to be.
+constexpr double kOverFound = 1.5;
 /// What a look-up costs, in factors' logarithms.
 constexpr double kTableLookUpCost = 20;
 
@@ -129,10 +131,14 @@ class NodeList {
   std::vector<SmallPlace> places_;
 };
 
-/// The images that a table gives of points.
-std::vector<Point4> looked_up(const map::DeviceMap& map, const ImageTable& table,
-                              const std::vector<Point4>& points, const std::stop_token& stop) {
-  std::vector<Point4> images(points.size());
+/// What a table gives of points: F, and their images.
+struct LookedUp {
+  std::vector<double> fields;
+  std::vector<Point4> images;
+};
+LookedUp looked_up(const map::DeviceMap& map, const ImageTable& table,
+                   const std::vector<Point4>& points, const std::stop_token& stop) {
+  LookedUp found{std::vector<double>(points.size()), std::vector<Point4>(points.size())};
   device::PointBatch batch(map.context(), map.kernel("image_table.cl", "table_images"),
                            map.precision(), map.lanes(), kTableLookUpCost);
   batch.run<4, 5>(
@@ -147,14 +153,15 @@ std::vector<Point4> looked_up(const map::DeviceMap& map, const ImageTable& table
                                              table.versors(),
                                              part.out};
       },
-      [&](std::size_t i, const std::array<double, 5>& found) {
+      [&](std::size_t i, const std::array<double, 5>& values) {
         std::array<float, 4> versor{};
-        std::transform(found.begin() + 1, found.end(), versor.begin(),
+        std::transform(values.begin() + 1, values.end(), versor.begin(),
                        [](double c) { return static_cast<float>(c); });
-        images[i] = image_of(found[0], versor);
+        found.fields[i] = values[0];
+        found.images[i] = image_of(values[0], versor);
       },
       0, stop);
-  return images;
+  return found;
 }
 
 /// Values less a twelfth of their second differences along each axis, where both neighbours along
@@ -379,11 +386,14 @@ void ImageTable::measure(const map::DeviceMap& map, const std::stop_token& stop)
   if (second.images.empty()) return;
   std::vector<Point4> asked;
   for (const std::size_t i : second.from) asked.push_back(first.images[i]);
-  const std::vector<Point4> found = looked_up(map, *this, asked, stop);
-  std::vector<double> errors, first_stretches = first.stretches, stretches = second.stretches;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    errors.push_back(distance(second.images[i], found[i]));
+  const LookedUp found = looked_up(map, *this, asked, stop);
+  std::vector<double> errors, field_errors;
+  std::vector<double> first_stretches = first.stretches, stretches = second.stretches;
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    errors.push_back(distance(second.images[i], found.images[i]));
+    field_errors.push_back(std::abs(found.fields[i] - std::log(length(second.images[i]))));
   }
+  margin_ = kOverFound * *std::ranges::max_element(field_errors);
   stretch_ = std::max(base::median(stretches), 1.0);
   displacement_ = base::median(errors) / (std::max(base::median(first_stretches), 1.0) * stretch_);
 }

@@ -28,6 +28,10 @@ class ImageTable {
   /// The first iterate that can be looked up so that what is seen is displaced by no more than
   /// this, map units; beyond every n where none can.
   int first_iterate(double displacement) const;
+  /// F of undecided points is right to within this, as far as random points tell.
+  double margin() const { return margin_; }
+  /// How far the images of iterate 2 move where points do: the median, and at least 1.
+  double stretch() const { return stretch_; }
 
   // As ray_march.cl's march_depth takes them.
   const device::RealBuffer& layout() const { return layout_; }
@@ -43,6 +47,7 @@ class ImageTable {
   double step_ = 0;          ///< between nodes, map units; 0 without any
   double displacement_ = 0;  ///< of points of the slice by looking up iterate 2: the median
   double stretch_ = 1;       ///< of iterate 2
+  double margin_ = 0;        ///< of F
   device::RealBuffer layout_;
   device::Buffer<std::int32_t> bricks_;
   device::Buffer<std::uint16_t> fields_;

@@ -134,6 +134,7 @@ struct LookupReport {
   std::size_t nodes = 0;        ///< of the lattice that first iterates come from; 0: no lattice
   double trusted_share = 0;     ///< of its cells: those that serve
   std::size_t table_bytes = 0;  ///< of the table that later iterates come from; 0: no table
+  int iterates = 1;             ///< that the lattice composes at most
   friend bool operator==(const LookupReport&, const LookupReport&) = default;
 };
 /// One line, in words; empty where nothing was looked up.

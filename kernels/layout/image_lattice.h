@@ -1,7 +1,21 @@
 #pragma once
-/* Where a lattice of images stores its nodes. Compiled by host and device. A row consists of whole
-   groups of nodes that follow each other along X, and a group with a node that is needed has room
-   for all of its nodes. A group's entry has a bit for each of its nodes, set where that node is
-   stored, and above these bits the place of its first node. */
+/* Lattices of images as kernels see them. Compiled by host and device.
+
+   A lattice has levels, the one that composes most iterates first. A level is described by
+   QJ_LEVEL_SIZE reals: its nodes, a regular grid as layout/picture_layout.h says, in coordinates
+   along three axes; and what follows. */
+
+#include "layout/picture_layout.h"
+
+#define QJ_LEVEL_AXES QJ_GRID_SIZE            /* three unit vectors at right angles */
+#define QJ_LEVEL_ITERATES (QJ_GRID_SIZE + 9)  /* how many iterates its images are composed of */
+#define QJ_LEVEL_GROUPS (QJ_GRID_SIZE + 10)   /* groups of nodes of the levels before it */
+#define QJ_LEVEL_FOLLOWED (QJ_GRID_SIZE + 11) /* 1 if another level follows, else 0 */
+#define QJ_LEVEL_SIZE (QJ_GRID_SIZE + 12)
+
+/* Where nodes are stored: a row consists of whole groups of nodes that follow each other along the
+   first axis, and a group with a node that is needed has room for all of its nodes. A group's entry
+   has a bit for each of its nodes, set where that node is stored, and above these bits the place of
+   its first node. */
 
 #define QJ_LATTICE_GROUP 4 /* nodes; divides a row's nodes */

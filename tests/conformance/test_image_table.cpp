@@ -145,6 +145,8 @@ TEST_CASE("a table says where images are, and what lies inside and outside for c
   std::ranges::sort(field_errors);
   std::ranges::sort(versor_errors);
   CHECK(field_errors[field_errors.size() / 2] < 0.1);
+  CHECK(table.margin() > field_errors[field_errors.size() / 2]);
+  CHECK(table.margin() >= field_errors[field_errors.size() * 99 / 100]);
   CHECK(versor_errors[versor_errors.size() / 2] < 0.35);
 }
 

@@ -538,6 +538,119 @@ TEST_CASE("interpolated images give the picture that computed ones give", "[slow
   }
 }
 
+namespace {
+
+/// What kernels read of a lattice.
+struct ReadLattice {
+  std::vector<double> layout, field, versors;
+  std::vector<std::uint8_t> trusted;
+  std::vector<std::int32_t> places;
+
+  ReadLattice(device::Context& context, const surface::ImageLattice& lattice, std::size_t levels)
+      : layout(levels * QJ_LEVEL_SIZE),
+        field(lattice.field().size()),
+        versors(lattice.versors().size()),
+        trusted(lattice.trusted().size()),
+        places(lattice.places().size()) {
+    context.read(lattice.layout(), layout);
+    context.read(lattice.field(), field);
+    context.read(lattice.versors(), versors);
+    context.read(lattice.trusted(), std::span(trusted));
+    context.read(lattice.places(), std::span(places));
+  }
+
+  /// A number of a level's description.
+  double of(std::size_t level, std::size_t number) const {
+    return layout.at(level * QJ_LEVEL_SIZE + number);
+  }
+  int count(std::size_t level, std::size_t axis) const {
+    return static_cast<int>(of(level, QJ_GRID_POINTS + axis));
+  }
+  std::array<int, 3> index(std::size_t level, int number) const {
+    const int row = number / count(level, 0);
+    return {number % count(level, 0), row % count(level, 1), row / count(level, 1)};
+  }
+  /// Map coordinates, at `way` from a cell's lowest node.
+  Vector3d point(std::size_t level, int number, const Vector3d& way) const {
+    Vector3d p = Vector3d::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double along =
+          of(level, QJ_GRID_ORIGIN + axis) +
+          of(level, QJ_GRID_STEP) * (index(level, number).at(axis) + way[Eigen::Index(axis)]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        p[Eigen::Index(c)] += along * of(level, QJ_LEVEL_AXES + 3 * axis + c);
+      }
+    }
+    return p;
+  }
+  /// F and U of a node, which is stored.
+  std::pair<double, Eigen::Vector4d> node(std::size_t level, int number) const {
+    const auto first = static_cast<int>(of(level, QJ_LEVEL_GROUPS));
+    const int group = places.at(static_cast<std::size_t>(first + number / QJ_LATTICE_GROUP));
+    const int member = number % QJ_LATTICE_GROUP;
+    REQUIRE((group >> member & 1) == 1);
+    const auto at = static_cast<std::size_t>((group >> QJ_LATTICE_GROUP) + member);
+    return {field.at(at),
+            {versors.at(4 * at), versors.at(4 * at + 1), versors.at(4 * at + 2),
+             versors.at(4 * at + 3)}};
+  }
+  /// The same at `way` from a cell's lowest node, by Lagrange's polynomial through four nodes along
+  /// each axis, written as it stands in books.
+  std::pair<double, Eigen::Vector4d> image(std::size_t level, int number,
+                                           const Vector3d& way) const {
+    const auto weight = [](int m, double s) {
+      double w = 1;
+      for (int j = -1; j <= 2; ++j) {
+        if (j != m) w *= (s - j) / (m - j);
+      }
+      return w;
+    };
+    double f = 0;
+    Eigen::Vector4d u = Eigen::Vector4d::Zero();
+    for (int k = -1; k <= 2; ++k) {
+      for (int j = -1; j <= 2; ++j) {
+        for (int i = -1; i <= 2; ++i) {
+          const auto [node_f, node_u] =
+              node(level, number + (k * count(level, 1) + j) * count(level, 0) + i);
+          const double w = weight(i, way[0]) * weight(j, way[1]) * weight(k, way[2]);
+          f += w * node_f;
+          u += w * node_u;
+        }
+      }
+    }
+    return {f, u};
+  }
+};
+
+/// F and U after so many iterates, U times e^-(F of the iterates before).
+std::pair<double, Eigen::Vector4d> composed(const Map& map, const Vector3d& p, int iterates) {
+  Quaternion q{p.x(), p.y(), p.z(), map.dynamics.slice};
+  double before = 0;
+  for (int n = 1;; ++n) {
+    const auto [f, u] = reference::step(map, q);
+    if (n == iterates) return {f, std::exp(-before) * Eigen::Vector4d(u.x, u.y, u.z, u.w)};
+    before += f;
+    q = std::exp(f) * u;
+  }
+}
+
+/// How far apart two such images are, in F and U.
+double apart(const std::pair<double, Eigen::Vector4d>& a,
+             const std::pair<double, Eigen::Vector4d>& b) {
+  return std::abs(a.first - b.first) + (a.second.normalized() - b.second.normalized()).norm() +
+         std::abs(std::log(a.second.norm() / b.second.norm()));
+}
+
+/// A close-up of a map, seen by few pixels.
+picture::View close_view(const Map& map) {
+  Camera camera;
+  camera.zoom = 60;
+  const ShapeToMap& to_map = map.frame.shape_to_map;
+  return picture::camera_view(camera, to_map.to_map(*map.frame.box), 80, 60, 1);
+}
+
+}  // namespace
+
 TEST_CASE("a lattice trusts cells where it interpolates_images images, and no others") {
   const Device any = test::shared_device();
   const Map map = calibrated(any, steepened(test::armed_ball_map(60), 12));
@@ -562,54 +675,17 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
     const surface::ImageLattice lattice(
         device_map, grid.bounds(), cells,
         {allowed / band.steepest, 0.3 * allowed / band.steepest, band.steepest, kMostNodes}, {});
-    std::vector<double> layout(QJ_GRID_SIZE), field(lattice.field().size()),
-        versors(lattice.versors().size());
-    std::vector<std::uint8_t> trusted(lattice.trusted().size());
-    std::vector<std::int32_t> places(lattice.places().size());
-    device::Context& context = device.context();
-    context.read(lattice.layout(), layout);
-    context.read(lattice.field(), field);
-    context.read(lattice.versors(), versors);
-    context.read(lattice.trusted(), std::span(trusted));
-    context.read(lattice.places(), std::span(places));
-    const int nx = static_cast<int>(layout[QJ_GRID_POINTS]);
-    const int ny = static_cast<int>(layout[QJ_GRID_POINTS + 1]);
-    // Lagrange's polynomial through four nodes, written as it stands in books.
-    const auto weight = [](int m, double s) {
-      double w = 1;
-      for (int j = -1; j <= 2; ++j) {
-        if (j != m) w *= (s - j) / (m - j);
-      }
-      return w;
-    };
+    const ReadLattice read(device.context(), lattice, 1);
+    const std::vector<std::uint8_t>& trusted = read.trusted;
     int checked = 0, wrong = 0;
     for (std::size_t cell = 0; cell < trusted.size(); ++cell) {
       if (trusted[cell] == 0 || cell % 7 != 0) continue;
-      const int number = static_cast<int>(cell), row = number / nx;
-      const std::array<int, 3> at{number % nx, row % ny, row / ny};
-      const std::array<double, 3> way{std::fmod(0.37 * number, 1), std::fmod(0.71 * number, 1),
-                                      std::fmod(0.13 * number, 1)};
-      double f = 0;
-      Eigen::Vector4d u = Eigen::Vector4d::Zero();
-      for (int k = -1; k <= 2; ++k) {
-        for (int j = -1; j <= 2; ++j) {
-          for (int i = -1; i <= 2; ++i) {
-            const int at_node = ((at[2] + k) * ny + at[1] + j) * nx + at[0] + i;
-            const int group = places.at(static_cast<std::size_t>(at_node / QJ_LATTICE_GROUP));
-            const int member = at_node % QJ_LATTICE_GROUP;
-            REQUIRE((group >> member & 1) == 1);
-            const auto node = static_cast<std::size_t>((group >> QJ_LATTICE_GROUP) + member);
-            const double w = weight(i, way[0]) * weight(j, way[1]) * weight(k, way[2]);
-            f += w * field[node];
-            u += w * Eigen::Vector4d(versors[4 * node], versors[4 * node + 1],
-                                     versors[4 * node + 2], versors[4 * node + 3]);
-          }
-        }
-      }
-      const auto place = [&](std::size_t axis) {
-        return layout[QJ_GRID_ORIGIN + axis] + layout[QJ_GRID_STEP] * (at[axis] + way[axis]);
-      };
-      const auto step = reference::step(map, {place(0), place(1), place(2), map.dynamics.slice});
+      const auto number = static_cast<int>(cell);
+      const Vector3d way(std::fmod(0.37 * number, 1), std::fmod(0.71 * number, 1),
+                         std::fmod(0.13 * number, 1));
+      const auto [f, u] = read.image(0, number, way);
+      const Vector3d p = read.point(0, number, way);
+      const auto step = reference::step(map, {p.x(), p.y(), p.z(), map.dynamics.slice});
       const Eigen::Vector4d expected(step.versor.x, step.versor.y, step.versor.z, step.versor.w);
       ++checked;
       if (std::abs(f - step.log_norm) + (u - expected).norm() > 2 * allowed) ++wrong;
@@ -619,6 +695,113 @@ TEST_CASE("a lattice trusts cells where it interpolates_images images, and no ot
     const auto share =
         static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(trusted.size());
     CHECK(share < 0.9);  // far from the band nothing is known beforehand
+  }
+}
+
+TEST_CASE("levels of a lattice compose iterates, as orbits do, in any frame") {
+  const Map map = calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 12));
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const Device device = test::with_width(width);
+    const StopRadii stops = find_stop_radii(device, map);
+    const map::DeviceMap device_map(device, map, stops, Precision::single);
+    const Eigen::Matrix3d axes =
+        Eigen::AngleAxisd(0.7, Vector3d(1, -2, 3).normalized()).toRotationMatrix();
+    // About a point of the surface, each level finer than the one that composes less.
+    const Vector3d middle = axes * Vector3d(0, 0.75, 0);
+    constexpr double kDisplacement = 1e-4;
+    std::vector<surface::ImageLattice::Level> levels;
+    for (const int iterates : {3, 2, 1}) {
+      surface::ImageLattice::Level level{iterates, kDisplacement, axes, {}, {}};
+      const double step = 0.02 * std::pow(15, 1 - iterates);
+      const Vector3d reach = Vector3d::Constant(4 * step);
+      level.grid = surface::ImageLattice::grid_about({middle - reach, middle + reach}, step);
+      const Eigen::Vector3i inner = level.grid.points.array() - 3;
+      surface::for_points(inner, [&](std::size_t, const Eigen::Vector3i& at) {
+        level.cells.push_back(static_cast<std::int32_t>(
+            surface::number_of(Eigen::Vector3i(at.array() + 1), level.grid.points)));
+      });
+      levels.push_back(level);
+    }
+    const surface::ImageLattice lattice(device_map, levels, {});
+    CHECK(lattice.iterates() == 3);
+    const ReadLattice read(device.context(), lattice, levels.size());
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      const surface::ImageLattice::Level& level = levels[i];
+      CAPTURE(level.iterates);
+      const auto first = static_cast<std::size_t>(read.of(i, QJ_LEVEL_GROUPS)) * QJ_LATTICE_GROUP;
+      int trusted = 0, wrong = 0;
+      double worst = 0;
+      for (const std::int32_t cell : level.cells) {
+        const Vector3d at_node = read.point(i, cell, Vector3d::Zero());
+        const auto right = composed(map, at_node, level.iterates);
+        // What rounding does to the point shows in the image as a move of the point does.
+        const double moved =
+            apart(composed(map, at_node + Vector3d::Constant(1e-6), level.iterates), right);
+        worst = std::max(worst, apart(read.node(i, cell), right) / (1e-4 + moved));
+        if (read.trusted.at(first + static_cast<std::size_t>(cell)) == 0) continue;
+        ++trusted;
+        const Vector3d way(std::fmod(0.37 * cell, 1), std::fmod(0.71 * cell, 1),
+                           std::fmod(0.13 * cell, 1));
+        const Vector3d p = read.point(i, cell, way);
+        const auto here = composed(map, p, level.iterates);
+        double squares = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const Vector3d by = kDisplacement * axes.row(axis).transpose();
+          squares += std::pow(apart(composed(map, p + by, level.iterates), here), 2);
+        }
+        if (apart(read.image(i, cell, way), here) > 2 * std::sqrt(squares)) ++wrong;
+      }
+      CHECK(worst < 4);
+      CHECK(trusted > 0.05 * static_cast<double>(level.cells.size()));
+      CHECK(wrong <= 0.03 * trusted);
+    }
+  }
+}
+
+TEST_CASE(
+    "a close-up by composed images differs less than a move by an eighth of a pixel makes it") {
+  const Map map = calibrated(test::shared_device(), steepened(test::armed_ball_map(60), 12));
+  const picture::View view = close_view(map);
+  picture::View moved = view;
+  moved.eye += 0.125 * view.footprint * view.dir_dx.normalized();
+  for (const int width : test::lane_widths()) {
+    CAPTURE(width);
+    const Device device = test::with_width(width);
+    picture::MarchedSet set{map, 6, {}, {}, Precision::single};
+    set.rays = 1e5;  // as many as make a table worth its making
+    const auto depths = [&](const picture::View& seen) {
+      return picture::march_source(device, set)->depths(seen, 0, seen.rows);
+    };
+    const auto source = picture::march_source(device, set);
+    source->prepare(view);
+    CHECK(source->lookups().iterates >= 2);
+    CHECK(source->lookups().trusted_share > 0.6);
+    const std::vector<float> found = source->depths(view, 0, view.rows);
+    set.interpolates_images = false;
+    const std::vector<float> expected = depths(view);
+    // A few places where one ray passes what another meets do not outweigh the rest.
+    const auto difference = [&](const std::vector<float>& other) {
+      double sum = 0;
+      for (std::size_t i = 0; i < expected.size(); ++i) {
+        const bool hits = expected[i] >= 0, other_hits = other[i] >= 0;
+        if (!hits && !other_hits) continue;
+        sum += hits != other_hits
+                   ? 4
+                   : std::min(std::abs(double{expected[i] - other[i]}) / view.footprint, 4.0);
+      }
+      return sum;
+    };
+    CHECK(difference(found) > 0);
+    CHECK(difference(found) < difference(depths(moved)));
+    // Whatever is asked for first, and in whatever parts.
+    set.interpolates_images = true;
+    const auto again = picture::march_source(device, set);
+    again->prepare(view);
+    std::vector<float> strips = again->depths(view, 30, view.rows - 30);
+    const auto top = again->depths(view, 0, 30);
+    strips.insert(strips.begin(), top.begin(), top.end());
+    CHECK(strips == found);
   }
 }
 

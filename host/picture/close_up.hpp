@@ -1,0 +1,56 @@
+#pragma once
+/// Where a lattice of images for a close-up has nodes.
+
+#include <Eigen/Core>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "picture/view.hpp"
+#include "surface/image_lattice.hpp"
+
+namespace qjulia::picture {
+
+/// Whether anything within `reach` of a point can be seen in a perspective view.
+class InSight {
+ public:
+  /// @param coarse a view with few pixels. @param depths of its pixels, right to about `error`.
+  InSight(const View& coarse, std::vector<float> depths, double error);
+
+  bool operator()(const Eigen::Vector3d& p, double reach) const;
+
+ private:
+  View view_;
+  std::vector<float> depths_;
+  double error_;
+  Eigen::Vector3d axis_;
+};
+
+/// A perspective view that shows little of the set, and a few of its rays.
+struct CloseUp {
+  View view;
+  View few;                   ///< the same rays, but few
+  std::vector<float> depths;  ///< of `few`
+  double displacement = 0;    ///< how far the set may seem to lie elsewhere at most, map units
+  double typical = 0;         ///< the same, as the median
+  /// How far images after 1, 2, … iterates move where points do, map units a map unit.
+  std::vector<double> stretches;
+  double reach = 0;       ///< rays bisect their hits about so far around them, map units
+  double around = 0;      ///< rays of lights come from about so far around what is seen
+  double most_nodes = 0;  ///< that are worth making
+};
+
+/// Whether a level with images that move `stretch` times as far as points do saves more than it
+/// costs. @param typical displacement, map units.
+bool is_worth_composing(const View& view, double typical, double stretch);
+
+/// Whether rays are likely to ask for orbits at most `reach` from p, map coordinates.
+using HasOrbitsNear = std::function<bool(const Eigen::Vector3d& p, double reach)>;
+
+/// The levels that are worth making, the one that composes most iterates first: that one about what
+/// is seen alone, the others wherever rays in sight run orbits. With each iterate more, nodes lie
+/// closer.
+std::vector<surface::ImageLattice::Level> levels_for(const CloseUp& close_up,
+                                                     const HasOrbitsNear& has_orbits_near);
+
+}  // namespace qjulia::picture
