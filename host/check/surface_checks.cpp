@@ -280,7 +280,7 @@ constexpr std::array kSurfaceChecks{
     Check{"interpolated_orbit.cl", "surface of a ball, in cells", 0.5, 0.5, interpolated_surface},
     Check{"place_vertices.cl", "vertices of a ball, in cells", 0.011, 0.011, placed_vertices},
     Check{"image_lattice.cl", "cells that are wrong", 0, 0, image_lattice},
-    Check{"image_lattice.cl", "images of two iterates, with the reference", 1e-3, 1e-9,
+    Check{"image_lattice.cl", "images of two iterates, with the reference", 1e-5, 1e-12,
           composed_images, true},
     Check{"image_table.cl", "images from a table", 1e-5, 1e-12, image_table},
     Check{"look_up.cl", "ends of orbits that are looked up", 1e-5, 1e-12, looked_up},

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using Level = surface::ImageLattice::Level;
 
 /// Nodes of a level lie at least so many pixels apart: closer ones are more than what they save.
-constexpr double kNearestNodes = 0.8;
+constexpr double kNearestNodes = 1.5;
 /// Cells along each axis times each other: their lists take a few bytes for each.
 constexpr double kMostCells = 24e6;
 /// Depths of neighbours among few rays that differ by more than so many of their distances have
