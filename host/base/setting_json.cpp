@@ -64,8 +64,6 @@ class ValueJson {
 
 json value_json(const Box& box) { return json_of(box); }
 json value_json(const Palette& palette) { return json_of(palette); }
-json value_json(const std::optional<UpAxis>& up) { return up ? to_string(*up) : "auto"; }
-json value_json(const DetailChoice& detail) { return json_of(detail); }
 
 json value_json(const Setting& setting, const ValuePlace& place) {
   return std::visit(ValueJson(setting), place);

@@ -7,10 +7,8 @@
 
 namespace qjulia::base {
 
-nlohmann::json value_json(const Box& box);                   ///< low and high corner
-nlohmann::json value_json(const Palette& palette);           ///< the stops
-nlohmann::json value_json(const std::optional<UpAxis>& up);  ///< "auto" where it is not given
-nlohmann::json value_json(const DetailChoice& detail);
+nlohmann::json value_json(const Box& box);          ///< low and high corner
+nlohmann::json value_json(const Palette& palette);  ///< the stops
 
 /// The value as users give it: a number, a word, true or false, an array of numbers; of a palette
 /// its stops. An optional value that is left out is null, or the setting's word for it.

@@ -23,7 +23,7 @@ std::span<const SettingOf<PaintOptions>> paint_settings() {
         .least = 0,
         .most = 1,
         .example = "0.5",
-        .help = "The share of places that nothing else is said of"},
+        .help = "The share of the detail in all other places"},
        [](PaintOptions& o) -> ValuePlace { return &o.elsewhere; }},
   };
   return all;

@@ -15,6 +15,7 @@ std::span<const SettingOf<PortalOptions>> portal_settings() {
        [](PortalOptions& o) -> ValuePlace { return &o.count; }},
       {{.name = "size",
         .values = "FRACTION",
+        .unit = "of the shape's",
         .least = 0.02,
         .most = 0.6,
         .example = "0.25",

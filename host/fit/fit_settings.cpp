@@ -53,8 +53,7 @@ std::vector<FitSetting> ending_settings() {
          .least = Setting::kAboveZero,
          .left_out = "none",
          .example = "1000",
-         .help = "Seconds of the whole fit (of a command, with what precedes it; with --resume, of "
-                 "this run); the map reached by then is kept"},
+         .help = "Seconds of the whole fit; the map reached by then is kept"},
         [](FitOptions& o) -> ValuePlace { return &o.time_limit; }},
        true},
       {{{.name = "target_iou",
@@ -86,9 +85,10 @@ std::vector<FitSetting> course_settings() {
          .values = "INT",
          .least = 0,
          .example = "7",
-         .help = "Seed of all random choices. The same seed, options and device give the same "
-                 "factors bit for bit, unless a time limit ends the fit or 'qjulia profile --tune' "
-                 "has changed the device's settings",
+         .help =
+             "Seed of all random choices. The same seed, options and device give the same "
+             "factors bit for bit, unless a time limit ends the fit or the device's settings were "
+             "tuned in between",
          .interpolation = Interpolation::none},
         [](FitOptions& o) -> ValuePlace { return &o.seed; }}},
       {{{.name = "schedule",
@@ -97,7 +97,8 @@ std::vector<FitSetting> course_settings() {
          .help = "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' "
                  "(the course of Kim 2015), or a .toml file of levels",
          .interpolation = Interpolation::none},
-        [](FitOptions& o) -> ValuePlace { return &o.schedule; }}},
+        [](FitOptions& o) -> ValuePlace { return &o.schedule; }},
+       true},  // a checkpoint has its text, whatever the name
       {{{.name = "polish",
          .example = "",
          .help = "Spend the last two fifths of the fit on the iterated set itself, at the wanted "

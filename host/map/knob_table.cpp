@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 
 #include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
 
 namespace qjulia {
 namespace {

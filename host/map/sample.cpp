@@ -7,7 +7,6 @@
 #include <cmath>
 #include <vector>
 
-#include "base/range_check.hpp"
 #include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "qjulia/error.hpp"

@@ -10,6 +10,12 @@ namespace qjulia {
 std::span<const SettingOf<SampleOptions>> sample_settings() {
   static const std::vector<SettingOf<SampleOptions>> all = [] {
     std::vector<SettingOf<SampleOptions>> made = orbit_settings<SampleOptions>();
+    for (auto& setting : made) {
+      if (setting.name == "box") setting.left_out = "the shape's box plus 5 %";
+      if (setting.name == "escape") {
+        setting.left_out = "20, or more where the set or a portal reaches farther";
+      }
+    }
     made.push_back({{.name = "resolution",
                      .values = "INT",
                      .unit = "cells",

@@ -156,7 +156,8 @@ class MarchSource : public DepthSource {
     table_for((is_close ? kCloseTableShare : 1) * displacement_of(view));
     leave_out_loose(view);
     look_finer(view);
-    lattice_for(view);
+    // Wide lattices are made for the lights first, which are the same for all cameras.
+    if (is_close) lattice_for(view);
   }
 
   std::vector<float> traits(const std::vector<Eigen::Vector3d>& points,

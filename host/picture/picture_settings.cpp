@@ -1,13 +1,9 @@
 #include "qjulia/picture_settings.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <utility>
 
-#include "qjulia/error.hpp"
 #include "qjulia/orbit_settings.hpp"
 
 namespace qjulia {
@@ -46,6 +42,8 @@ std::vector<PictureSetting> camera_place_settings() {
       {{{.name = "elevation",
          .values = "NUMBER",
          .unit = "degrees",
+         .least = -90,
+         .most = 90,
          .example = "20",
          .help = "Degrees of the camera above the horizon",
          .controls = {{.name = "elevation",
@@ -58,6 +56,8 @@ std::vector<PictureSetting> camera_place_settings() {
        true},
       {{{.name = "zoom",
          .values = "NUMBER",
+         .least = 0.01,
+         .most = 1000,
          .example = "1.25",
          .help = "1 shows the whole set, 2 half of it",
          .interpolation = Interpolation::logarithmic,
@@ -89,6 +89,7 @@ std::vector<PictureSetting> camera_frame_settings() {
       {{{.name = "distance",
          .values = "NUMBER",
          .unit = "shape units",
+         .least = Setting::kAboveZero,
          .left_out = "a set in the middle fills 83 % of the picture's tighter side; all pictures "
                      "of a series have the same",
          .example = "9",
@@ -108,6 +109,8 @@ std::vector<PictureSetting> camera_frame_settings() {
       {{{.name = "field_of_view",
          .values = "NUMBER",
          .unit = "degrees",
+         .least = 1,
+         .most = 120,
          .example = "40",
          .help = "Degrees, vertical"},
         [](PictureOptions& p) -> ValuePlace { return &p.camera.field_of_view; }},

@@ -20,6 +20,7 @@
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/picture.hpp"
+#include "qjulia/picture_settings.hpp"
 #include "qjulia/progress.hpp"
 #include "shape/mesh_report.hpp"
 #include "surface/grid.hpp"
@@ -188,12 +189,9 @@ void expect_color(const char* field, const Rgb& color) {
 
 void PictureOptions::validate() const {
   for (const int side : {width, height}) base::expect_between("size", side, 1, 16384, "pixels");
-  base::expect_between("iterations", iterations, 1, kMostIterations);
+  expect_in_ranges(picture_settings(), *this);
   base::expect_between("samples_per_axis", samples_per_axis, 1, 8);
   base::expect_finite("azimuth", camera.azimuth);
-  base::expect_between("elevation", camera.elevation, -90.0, 90.0, "degrees");
-  base::expect_between("zoom", camera.zoom, 0.01, 1000.0);
-  base::expect_between("field_of_view", camera.field_of_view, 1.0, 120.0, "degrees");
   map::expect_box(box);
   base::expect_finite("lamp", lamp.azimuth);
   base::expect_between("lamp", lamp.elevation, -90.0, 90.0, "degrees");
@@ -210,10 +208,7 @@ void PictureOptions::validate() const {
   if (camera.look_at) {
     for (const double c : *camera.look_at) base::expect_finite("look_at", c);
   }
-  if (camera.distance) {
-    base::expect_finite("distance", *camera.distance);
-    if (!(*camera.distance > 0)) throw OptionError("distance", "give more than 0");
-  }
+  if (camera.distance) base::expect_finite("distance", *camera.distance);
   for (const Cut& cut : cuts) {
     base::expect_finite("cut", cut.at);
     if (cut.axis < 'x' || cut.axis > 'z') {

@@ -1,7 +1,5 @@
 #include "qjulia/radial_spread.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "base/range_check.hpp"
 #include "map/checks.hpp"
 #include "qjulia/compare_settings.hpp"
 #include "qjulia/error.hpp"

@@ -31,7 +31,13 @@ std::vector<SettingOf<CompareOptions>> own_comparison_settings() {
 std::span<const SettingOf<CompareOptions>> compare_settings() {
   static const std::vector<SettingOf<CompareOptions>> all = [] {
     std::vector<SettingOf<CompareOptions>> made = own_comparison_settings();
-    for (const auto& setting : orbit_settings<CompareOptions>()) made.push_back(setting);
+    for (auto& setting : orbit_settings<CompareOptions>()) {
+      if (setting.name == "box") {
+        setting.help = "Part of space to which the comparison is limited, shape units";
+        setting.left_out = "a cube about the mesh";
+      }
+      made.push_back(setting);
+    }
     return made;
   }();
   return all;

@@ -36,12 +36,12 @@ std::span<const SettingOf<PrintOptions>> print_settings() {
       {length("max_error", "1",
               "Decimate the mesh as long as the result and the mesh stay within this distance of "
               "each other, in millimetres if the mesh has a size in millimetres, else in the "
-              "shape's units; with --max-triangles, until the first of the two limits is reached. "
+              "shape's units; with `max_triangles`, until the first of the two limits is reached. "
               "The summary says which one ended it, and the farthest distance that was measured"),
        [](PrintOptions& o) -> ValuePlace { return &o.max_error; }},
       {length("min_wall", "1",
               "Thicken walls that are thinner than this, until at most a hundredth of the surface "
-              "has thinner ones, as 'info --printable' measures them. This rounds edges"),
+              "has thinner ones. This rounds edges"),
        [](PrintOptions& o) -> ValuePlace { return &o.min_wall; }},
       {length("flat_foot", "1",
               "Cut this length off the lower end, flat, so that the print stands"),

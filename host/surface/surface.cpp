@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "base/random.hpp"
-#include "base/range_check.hpp"
 #include "device/point_batch.hpp"
 #include "map/checks.hpp"
 #include "map/portals.hpp"

@@ -25,7 +25,7 @@ std::vector<SettingOf<SurfaceOptions>> own_surface_settings() {
         .unit = "points",
         .least = 0,
         .most = kMostTriesAnEdge,
-        .left_out = "2, or 0 with --iterations 1, whose field is smooth",
+        .left_out = "2, or 0 where `iterations` is 1, because that field is smooth",
         .example = "4",
         .help = "How many points to try, 0 to 20, on each grid edge that the surface crosses, to "
                 "put its vertex where the set ends. With 0 vertices are interpolated, which leaves "
@@ -51,7 +51,12 @@ std::vector<SettingOf<SurfaceOptions>> own_surface_settings() {
 std::span<const SettingOf<SurfaceOptions>> surface_settings() {
   static const std::vector<SettingOf<SurfaceOptions>> all = [] {
     std::vector<SettingOf<SurfaceOptions>> made = own_surface_settings();
-    for (const auto& setting : orbit_settings<SurfaceOptions>()) made.push_back(setting);
+    for (auto& setting : orbit_settings<SurfaceOptions>()) {
+      if (setting.name == "box") {
+        setting.left_out = "the shape's box plus 5 %, grown until the set fits in";
+      }
+      made.push_back(setting);
+    }
     return made;
   }();
   return all;

@@ -10,7 +10,7 @@
 namespace qjulia {
 
 struct FitSetting : SettingOf<FitOptions> {
-  /// Whether a resumed fit may have another value, because the factors do not depend on it.
+  /// Whether a resumed fit may have another value: the factors do not depend on it.
   bool may_differ_on_resume = false;
 };
 

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -102,9 +101,10 @@ struct Setting {
   double most = std::numeric_limits<double>::infinity();
   std::vector<std::string> words{};  ///< an enumeration's, in the order of its values
   std::string automatic{};  ///< the word for an optional value that is left out, such as "auto"
-  std::string left_out{};   ///< what holds then, after "Default: "
+  std::string left_out{};   ///< what is used then, after "Default: "
   Example example;
-  std::string help;    ///< a sentence, without its full stop
+  /// A sentence, without its full stop. Names of other settings stand in backquotes.
+  std::string help;
   std::string more{};  ///< a paragraph for those who want to know what to expect; may be empty
   Interpolation interpolation = Interpolation::linear;
   std::string group{};  ///< where pages show its controls; empty: pages do not offer it

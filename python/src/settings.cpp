@@ -2,8 +2,6 @@
 
 #include <pybind11/stl.h>
 
-#include <type_traits>
-
 #include "keywords.hpp"
 #include "qjulia/colors.hpp"
 #include "values.hpp"
@@ -122,6 +120,7 @@ py::dict described_setting(const Setting& setting, const ValuePlace& place) {
   const Shown shown = std::visit(ShownOf(setting), place);
   py::dict row;
   row["name"] = argument_name(setting.name);
+  row["field"] = setting.name;
   row["type"] = shown.type;
   row["default"] = shown.usual;
   row["values"] = setting.values_text();

@@ -13,8 +13,8 @@ namespace qjulia::python {
 void read(const pybind11::handle& given, const std::string& name, const Setting& setting,
           const ValuePlace& place);
 
-/// A setting for documentation, signatures and tests: a dict of name, type, default, values, unit,
-/// range, example, help and more.
+/// A setting for documentation, signatures and tests: a dict of name, field, type, default,
+/// values, unit, range, example, help and more.
 pybind11::dict described_setting(const Setting& setting, const ValuePlace& place);
 
 template <class Table, class Options>

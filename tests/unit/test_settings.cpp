@@ -1,15 +1,12 @@
 /// Tables of settings: what each says agrees with what its struct has, and every door reads and
 /// shows the same values.
 
-#include <fmt/format.h>
-
 #include <catch2/catch_all.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/setting_json.hpp"
-#include "fit/checkpoint.hpp"
 #include "qjulia/compare_settings.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/exact_settings.hpp"

@@ -412,20 +412,6 @@ Option Command::repeated_numbers(const std::string& names, const std::string& ty
           notes_};
 }
 
-Option Command::one_of(const std::string& names, const std::vector<std::string>& words,
-                       std::function<void(std::size_t)> take,
-                       const std::string& description) const {
-  const auto find = [words, take = std::move(take)](const std::string& word) {
-    const auto found = std::ranges::find(words, word);
-    if (found == words.end()) {
-      throw InputError(
-          fmt::format("'{}' is not known; give one of: {}", word, fmt::join(words, ", ")));
-    }
-    take(static_cast<std::size_t>(found - words.begin()));
-  };
-  return word(names, fmt::format("{}", fmt::join(words, "|")), find, description).offers(words);
-}
-
 void Command::footer(const std::string& text) const { app_->footer(text); }
 
 void Command::on_chosen(std::function<void()> call) const {

@@ -110,25 +110,6 @@ class Command {
   Option repeated_numbers(const std::string& names, const std::string& type, int most,
                           std::function<void(const std::vector<double>&)> take,
                           const std::string& description) const;
-  /// One of `names_and_values`, by its name.
-  template <class Value>
-  Option choice(
-      const std::string& names, Value& target,
-      std::initializer_list<std::pair<const char*, std::type_identity_t<Value>>> names_and_values,
-      const std::string& description) const {
-    std::vector<std::string> words;
-    std::vector<Value> values;
-    std::string chosen;
-    for (const auto& [word, value] : names_and_values) {
-      words.emplace_back(word);
-      values.push_back(value);
-      if (value == target) chosen = word;
-    }
-    return one_of(
-               names, words, [&target, values](std::size_t i) { target = values[i]; }, description)
-        .default_text(chosen);
-  }
-
   /// What stands below the options in the help.
   void footer(const std::string& text) const;
   /// Called when this is the command that was typed, after its options are read.
@@ -137,8 +118,6 @@ class Command {
  private:
   friend class CommandLine;
   Command(CLI::App* app, CommandNotes* notes) : app_(app), notes_(notes) {}
-  Option one_of(const std::string& names, const std::vector<std::string>& words,
-                std::function<void(std::size_t)> take, const std::string& description) const;
   CLI::App* app_;
   CommandNotes* notes_;
 };

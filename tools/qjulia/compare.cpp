@@ -117,7 +117,7 @@ void describe_compare(Command command, CompareArguments& a) {
           .offers_files({".png"});
   add_size(command, a.view).needs(picture);
   for (const Option& option : add_camera(command, a.view)) option.needs(picture);
-  add_map_options(command, a.map_options, "all");
+  add_map_options(command, a.map_options, setting_named(compare_settings(), "box", "comparisons"));
   add_device_to_use(command, a.device);
 }
 

@@ -60,18 +60,16 @@ void add_knobs(Command command, MapOptions& options) {
   for (const Knob& knob : knob_table()) options.keep({add_knob(command, knob, options)});
 }
 
-void add_map_options(Command command, MapOptions& options, const std::string& box,
-                     const std::string& escape) {
-  const auto add = [&](const char* name, const std::string& left_out) {
-    SettingOf<MapOptions> setting = setting_named(orbit_settings<MapOptions>(), name, "orbits");
-    if (!left_out.empty()) setting.left_out = left_out;
-    options.keep({add_setting(command, setting, setting.place(options))});
+void add_map_options(Command command, MapOptions& options, const Setting& box,
+                     const Setting& escape) {
+  const auto add = [&](const Setting& setting, const ValuePlace& place) {
+    options.keep({add_setting(command, setting, place)});
   };
-  add("iterations", "");
+  add(iterations_setting(), &options.iterations);
   add_knobs(command, options);
-  add("box", box);
-  add("escape", escape);
-  add("precision", "");
+  add(box, &options.box);
+  add(escape, &options.escape);
+  add(precision_setting(), WordPlace(options.precision));
 }
 
 Map with_knobs(const Device& device, const Map& map, const MapOptions& options,

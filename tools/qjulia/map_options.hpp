@@ -11,6 +11,7 @@
 #include "console.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/knobs.hpp"
+#include "qjulia/orbit_settings.hpp"
 
 namespace qjulia::tools {
 
@@ -35,9 +36,9 @@ void add_knobs(Command command, MapOptions& options);
 
 /// All of them: --iterations, the knobs, --box, --escape, --precision. `options` must stay where it
 /// is.
-/// @param box, escape what holds without --box and --escape; empty: what holds in all commands.
-void add_map_options(Command command, MapOptions& options, const std::string& box,
-                     const std::string& escape = {});
+/// @param box, escape as the command's own table describes them.
+void add_map_options(Command command, MapOptions& options, const Setting& box,
+                     const Setting& escape = escape_setting());
 
 /// A command's own options with what was given here. @throws InputError where either cannot be
 /// used.

@@ -37,7 +37,8 @@ double whole(double value) {
   throw InputError(fmt::format("{} is not a whole number", value));
 }
 
-/// Adds what of a setting can be swept: its number, or the angle of a turn about each axis.
+/// Adds each part of a setting that can be swept: its number, or the angle of a turn about each
+/// axis.
 class SweepOf {
  public:
   using Place = std::function<ValuePlace(MapOptions&, PictureOptions&)>;

@@ -13,11 +13,7 @@ namespace qjulia::tools {
 /// A file by its name and the hash of its bytes. @throws InputError when it cannot be read.
 nlohmann::json file_json(const std::filesystem::path& path);
 
-/// The number or the word.
-nlohmann::json to_json(const DetailChoice& detail);
-
-/// Every option of a fit, by its name on the command line; null where it is not given and has no
-/// default.
+/// Every option of a fit by its name; null, or the word "auto", where it is not given.
 nlohmann::json to_json(const FitOptions& options);
 
 /// What a fit is of. It is taken before the mesh is read, since files may change during the fit.

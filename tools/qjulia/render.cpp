@@ -419,7 +419,10 @@ void describe_render(Command command, RenderArguments& a) {
       "is seen by no more than about an eighth of a pixel: up to three times slower for maps of "
       "many factors");
   add_look(command, a.look, a.options);
-  add_map_options(command, a.map_options, "all of it; the set is cut open at the faces of a box");
+  Setting box = box_setting();
+  box.help = "Part of space to look at, shape units; the set is cut open at its faces";
+  box.left_out = "the whole set";
+  add_map_options(command, a.map_options, box);
   add_device_to_use(command, a.device);
 }
 

@@ -77,8 +77,8 @@ void describe_sample(Command command, SampleArguments& a) {
       .offers_files(field_types());
   const auto& resolution = setting_named(sample_settings(), "resolution", "samples");
   add_setting(command, resolution, resolution.place(a.options));
-  add_map_options(command, a.map_options, "the shape's box plus 5 %",
-                  "20, or more where the set or a portal reaches farther");
+  add_map_options(command, a.map_options, setting_named(sample_settings(), "box", "samples"),
+                  setting_named(sample_settings(), "escape", "samples"));
   add_device_to_use(command, a.device);
 }
 

@@ -2,8 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <optional>
+#include <regex>
+#include <string>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "options.hpp"
 #include "qjulia/picture.hpp"
@@ -108,8 +113,16 @@ Option add_setting(Command command, const Setting& setting, const ValuePlace& pl
 }
 
 std::string help_of(const Setting& setting) {
-  if (setting.left_out.empty()) return setting.help;
-  return fmt::format("{}. Default: {}", setting.help, setting.left_out);
+  std::string text = setting.help;
+  if (!setting.left_out.empty()) text += ". Default: " + setting.left_out;
+  // Other settings are options here: `max_triangles` is --max-triangles.
+  static const std::regex name("`([a-z_]+)`");
+  std::string shown;
+  for (std::smatch found; std::regex_search(text, found, name); text = found.suffix()) {
+    shown += fmt::format("{}--{}", found.prefix().str(),
+                         Setting{.name = found[1], .example = "", .help = ""}.option());
+  }
+  return shown + text;
 }
 
 Setting with_help(Setting setting, std::string help) {

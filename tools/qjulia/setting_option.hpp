@@ -1,8 +1,6 @@
 #pragma once
 /// Options of commands from tables of settings.
 
-#include <functional>
-
 #include "command_line.hpp"
 #include "qjulia/setting.hpp"
 
@@ -17,7 +15,8 @@ void add_settings(Command command, const Table& table, Options& options) {
   for (const auto& setting : table) add_setting(command, setting, setting.place(options));
 }
 
-/// What the help says of a setting: its sentence, and what holds where it is left out.
+/// What the help says of a setting: its sentence and what is used where it is left out, with
+/// options in place of the names of other settings.
 std::string help_of(const Setting& setting);
 
 /// The setting where another sentence says what it does.

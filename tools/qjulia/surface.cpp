@@ -413,7 +413,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
       "that the map's up axis is turned to; auto keeps the shape's own coordinates. Blender "
       "takes z for up in a .ply and y in an .obj";
   add_setting(command, with_help(picture_setting_named("up"), upright), &a.up);
-  add_map_options(command, a.map_options, "the shape's box plus 5 %, grown until the set fits in");
+  add_map_options(command, a.map_options, setting_named(surface_settings(), "box", "surfaces"));
   add_device_to_use(command, a.device);
 }
 

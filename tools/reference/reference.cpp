@@ -27,6 +27,7 @@ std::string slider_text(const Setting& setting) {
 void print_setting(const Setting& setting) {
   fmt::print("### {}\n\n`--{} {}`\n\n{}.", setting.option(), setting.option(),
              setting.values_text(), setting.help);
+  if (!setting.left_out.empty()) fmt::print(" Default: {}.", setting.left_out);
   if (!setting.more.empty()) fmt::print(" {}", setting.more);
   fmt::print("\n\n| range | unit | on pages | between two values |\n|---|---|---|---|\n");
   fmt::print("| {} | {} | {} | {} |\n\n", setting.range_text(), setting.unit, slider_text(setting),
