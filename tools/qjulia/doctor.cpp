@@ -245,6 +245,7 @@ int run_doctor_matrix(const DoctorArguments& arguments, const Device& device, Se
   const DriverFacts facts = driver_facts(device);
   const auto rows = run_matrix(device, words, session);
   std::vector<CheckSuite> suites;
+  suites.reserve(rows.size());
   for (const MatrixRow& row : rows) suites.push_back({row.name, row.report, row.problem});
   write_junit(arguments.junit, suites);
   const bool has_passed = std::ranges::all_of(rows, &MatrixRow::has_passed);

@@ -125,9 +125,10 @@ std::string help_of(const Setting& setting) {
   return shown + text;
 }
 
-Setting with_help(Setting setting, std::string help) {
-  setting.help = std::move(help);
-  return setting;
+Setting with_help(const Setting& setting, std::string help) {
+  Setting made = setting;
+  made.help = std::move(help);
+  return made;
 }
 
 DetailChoice read_detail(const Setting& setting, const std::string& text) {

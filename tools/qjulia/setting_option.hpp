@@ -20,7 +20,7 @@ void add_settings(Command command, const Table& table, Options& options) {
 std::string help_of(const Setting& setting);
 
 /// The setting where another sentence says what it does.
-Setting with_help(Setting setting, std::string help);
+Setting with_help(const Setting& setting, std::string help);
 
 /// A number in the setting's range, or a word. @throws InputError
 DetailChoice read_detail(const Setting& setting, const std::string& text);
