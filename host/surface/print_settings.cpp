@@ -33,11 +33,14 @@ std::span<const SettingOf<PrintOptions>> print_settings() {
         .help = "Decimate the mesh to at most this number of triangles, edge by edge, the flattest "
                 "places first"},
        [](PrintOptions& o) -> ValuePlace { return &o.max_triangles; }},
-      {length("max_error", "1",
-              "Decimate the mesh as long as the result and the mesh stay within this distance of "
-              "each other, in millimetres if the mesh has a size in millimetres, else in the "
-              "shape's units; with `max_triangles`, until the first of the two limits is reached. "
-              "The summary says which one ended it, and the farthest distance that was measured"),
+      {length(
+           "max_error", "1",
+           "Decimate the mesh as long as the result and the mesh stay within this distance of "
+           "each other, in millimetres if the mesh has a size in millimetres, else in the "
+           "shape's units; with `max_triangles`, until the first of the two limits is reached. "
+           "The summary says which one ended it, and the farthest distance that was measured, at "
+           "vertices and midpoints; between them a few points in ten thousand lie up to half as "
+           "far again"),
        [](PrintOptions& o) -> ValuePlace { return &o.max_error; }},
       {length("min_wall", "1",
               "Thicken walls that are thinner than this, until at most a hundredth of the surface "
