@@ -110,7 +110,7 @@ def check_3mf(bench):
     check(corners.min() >= 0 and corners.max() < len(palette) and len(palette) > 20,
           "colours of the .3mf")
     note = [m.text for m in model.iter(CORE + "metadata") if m.get("name") == "Description"]
-    check(json.loads(note[0])["material"] == "trap", "the note of the .3mf")
+    check(json.loads(note[0])["job"]["options"]["material"] == "trap", "the note of the .3mf")
 
 
 def check_usda(bench):
@@ -151,7 +151,7 @@ def check_others(bench):
     # By way of files on the disk and by way of memory.
     for options in ((), ("--largest-component",)):
         told = bench.run("surface", "up.ply", "--up", "z", *options)
-        check(told["made_with"]["file_up"] == "z", "the .ply does not say how it is turned")
+        check(told["made_with"]["job"]["options"]["up"] == "z", "the .ply does not say how it is turned")
         data = (bench.folder / "up.ply").read_bytes()
         records = np.frombuffer(data, "<f4", 6 * told["vertices"], data.index(b"end_header\n") + 11)
         points = records.reshape(-1, 6)
@@ -173,7 +173,7 @@ def check_volumes(bench):
     told = bench.run("surface", "ball.vdb")
     grids, about = vdb.readAll(str(bench.folder / "ball.vdb"))
     check([g.name for g in grids] == ["surface"], "grids of the level set")
-    check(json.loads(about["made_with"])["resolution"] == 48, "the note of the .vdb")
+    check(json.loads(about["made_with"])["job"]["options"]["resolution"] == 48, "the note of the .vdb")
     surface = grids[0]
     voxel = surface.transform.voxelSize()[0]
     check(surface.gridClass == vdb.GridClass.LEVEL_SET, "the class of the level set")

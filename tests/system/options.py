@@ -19,6 +19,7 @@ import struct
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -90,14 +91,53 @@ def note_of(picture):
     return {}
 
 
+def without_jobs(value):
+    """JSON without the jobs in it. They say what was given, whether or not it had an effect."""
+    if isinstance(value, dict):
+        return {name: without_jobs(part) for name, part in value.items() if name not in ("job", "jobs")}
+    return [without_jobs(part) for part in value] if isinstance(value, list) else value
+
+
+def picture_data(data):
+    """The chunks of a .png that are not text."""
+    kept, at = [], 8
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        if kind != b"tEXt":
+            kept.append(data[at : at + 12 + length])
+        at += 12 + length
+    return kept
+
+
+# Where formats have a note, the length of its text included.
+NOTES = {
+    ".ply": rb"(?m)^comment .*\n",
+    ".obj": rb"(?m)^#.*\n",
+    ".usda": rb"(?m)^ *doc = .*\n",
+    ".vti": rb"(?m)^<!--.*\n",
+    ".vdb": rb"(?s)....\{\"job\":.*?\"version\":\"[^\"]*\"\}\}",
+    ".html": rb"(?s)\"jobs\": ?\[.*?\"version\": ?\"[^\"]*\"\s*\}\s*\]",
+}
+
+
 def comparable(path):
-    """The file's content without the parts that differ from run to run."""
+    """The file's content without its job, and without the parts that differ from run to run."""
     data = path.read_bytes()
     if path.suffix == ".json":
         whole = json.loads(data)
         whole.pop("provenance", None)
-        return whole
-    return data
+        return without_jobs(whole)
+    if path.suffix == ".png":
+        return picture_data(data)
+    if path.suffix == ".glb":
+        length = struct.unpack("<I", data[12:16])[0]
+        scene = json.loads(data[20 : 20 + length])
+        scene["asset"].pop("extras", None)
+        return scene, data[20 + length :]
+    if path.suffix == ".3mf":
+        model = zipfile.ZipFile(path).read("3D/3dmodel.model")
+        return re.sub(rb"<metadata.*?</metadata>", b"", model)
+    return re.sub(NOTES[path.suffix], b"", data) if path.suffix in NOTES else data
 
 
 class Done:
@@ -127,7 +167,7 @@ class Done:
                 kept.append(self.read(name))
             if name.endswith(".png"):
                 kept.append(note_of(self.path(name)))
-        return kept
+        return without_jobs(kept)
 
 
 # Other names under which values are recorded.
@@ -142,6 +182,14 @@ SHOWS = {
     "--profile": lambda done, value: done.read(value)["kernels"],
     "--verbose": lambda done, value: "kernel " in done.err,
 }
+
+
+
+def is_in_range(done, value):
+    """Whether the values are among those that the palette was spread over."""
+    spread = done.json["made_with"]["picture"]["range"]
+    return all(float(word) in spread for word in re.split("[ ,]", value))
+
 
 # Options that do not show in these runs, and why.
 UNSEEN = {
@@ -224,23 +272,28 @@ RUNS = {
     "paint": [
         Run("f.qjulia.json", {"--output": "p.qjulia.json", "--ball": "1 0 0 0.3 0.5", "--block": "0 0 0 1 1 1 0.2",
                               "--ramp": "x=0:1", "--thickness": "0.15", "--elsewhere": "0.5"}),
-        Run("f.qjulia.json", {"--output": "q.qjulia.json", "--mesh": "shares.ply", "--property": "share"}),
+        Run("f.qjulia.json", {"--output": "q.qjulia.json", "--mesh": "shares.ply", "--property": "share"},
+            {"--mesh": holds("paint"), "--property": holds("paint")}),
         Run("p.qjulia.json", {"--output": "r.qjulia.json", "--clear": None},
             {"--clear": lambda done, value: "paint" in done.read("p.qjulia.json") and
              "paint" not in done.read("r.qjulia.json")}),
     ],
     "portals": [
         Run("f.qjulia.json", {"--output": "o.qjulia.json"}),
-        Run("f.qjulia.json", {"--output": "o.qjulia.json", "--count": "1"}),
+        Run("f.qjulia.json", {"--output": "o.qjulia.json", "--count": "1"},
+            {"--count": lambda done, value: len(done.read("o.qjulia.json")["portals"]) == int(value)}),
     ],
     "surface": [
         Run("f.qjulia.json", {"--output": "k.ply", "--resolution": "16", "--refine": "4", "--draft": None,
                               "--keep-loose": None, "--material": "trap", "--palette": "102030,405060",
-                              "--range": "0 1", "--range-between": "0.2,0.5"}),
+                              "--range": "0 1", "--range-between": "0.2,0.5"},
+            {"--material": lambda done, value: b"property uchar red" in done.path("k.ply").read_bytes()}),
         Run("f.qjulia.json", {"--output": "m.glb", "--resolution": "16", "--metres": "0.2", "--no-map": None,
                               "--dense": None, "--largest-component": None}),
         Run("f.qjulia.json", {"--output": "h.3mf", "--resolution": "16", "--height": "40", "--flat-foot": "1",
-                              "--shell": "4", "--drain": "2"}),
+                              "--shell": "4", "--drain": "2"},
+            # Without the height there is no room for the shell, and without a shell none for a drain.
+            {"--height": lambda done, value: done.json["print"], "--shell": lambda done, value: done.json["print"]}),
         Run("f.qjulia.json", {"--output": "l.stl", "--resolution": "16", "--longest": "40", "--min-wall": "1"}),
         Run("f.qjulia.json", {"--output": "s.off", "--resolution": "16", "--millimetres": "40", "--max-error": "1",
                               "--max-triangles": "400", "--min-component": "0.5"}),
@@ -253,8 +306,7 @@ RUNS = {
                               "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},
             {"--cut": lambda done, value: next(values_of("cuts", done.json)) == [
                 {"axis": "z", "at": 90, "unit": "percent"}],
-             "--range": lambda done, value: next(values_of("range", done.json))[::3] == [0, 1],
-             "--range-between": lambda done, value: next(values_of("range", done.json))[1:3] == [0.2, 0.5],
+             "--range": is_in_range, "--range-between": is_in_range,
              "--no-ground": lambda done, value: next(values_of("ground", done.json)) is False,
              "--size": lambda done, value: (done.json["width"], done.json["height"]) == (16, 12),
              "--aov": lambda done, value: len(done.json["layers"]) == 5,
@@ -285,6 +337,12 @@ RUNS = {
             slow=True),
     ],
     "share": [Run("f.qjulia.json", {"--output": "s.html"}), Run("f.qjulia.json", {"--output": "s.html"})],
+    "run": [
+        Run("o.qjulia.json size=0.2", {"--output": "v.qjulia.json"}),
+        Run("o.qjulia.json", {"--print": None}, {"--print": lambda done, value: done.json["command"] == "portals"}),
+        Run("shape.json", {"--output": "w.qjulia.json", "--inputs": "MESHES", "--changed": None},
+            {"--inputs": makes("w.qjulia.json"), "--changed": makes("w.qjulia.json")}),
+    ],
     "info": [
         Run("f.qjulia.json", {"--check-precision": None},
             {"--check-precision": lambda done, value: done.json["precision"]["points"] > 0}),
@@ -395,7 +453,7 @@ class Bench:
 
     def command(self, name, run, options):
         """Runs the command with these options."""
-        stands_for = {"MESH": self.mesh, "QJULIA": self.program}
+        stands_for = {"MESH": self.mesh, "MESHES": str(Path(self.mesh).parent), "QJULIA": self.program}
         words = [stands_for.get(word, word) for word in run.words(options)]
         # Files that are there already are older. Those of the command have the time of the kernel's last tick, which
         # may be 10 ms ago.
@@ -423,7 +481,8 @@ class Bench:
         without = {name: given for name, given in done.options.items()
                    if name not in (option, "--trace", "--profile")}
         again = self.command(command, done.run, without)
-        return any(comparable(again.path(name)) != before for name, before in files.items())
+        return (again.json.get("metrics") != done.json.get("metrics")
+                or any(comparable(again.path(name)) != before for name, before in files.items()))
 
     def run(self, command):
         shown = set()
@@ -588,6 +647,8 @@ class Bench:
         header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
         rows = [f"{vertex} {number / len(vertices)}" for number, vertex in enumerate(vertices)]
         rows += [f"3 {a} {b} {c}" for a, b, c in faces]
+        job = {"command": "shape", "options": {"mesh": Path(self.mesh).name, "resolution": 32}}
+        (self.folder / "shape.json").write_text(json.dumps({**job, "fnv1a64": {"mesh": "0" * 16}}))
         (self.folder / "shares.ply").write_text("\n".join(header + rows) + "\n")
         self.write_manifest()
 

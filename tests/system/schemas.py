@@ -122,6 +122,7 @@ def main():
     bench.holds("profile-tune", "profile", "--tune", *once)
     bench.holds("paint", "paint", f, "-o", "paint.qjulia.json", "--ramp", "x=0:1", *device)
     bench.holds("portals", "portals", f, "-o", "portals.qjulia.json", "--count", "1", *device)
+    bench.holds("run", "run", "portals.qjulia.json", "--print")
     left = set(bench.schemas) - bench.seen - NOT_RUN - set(SLOW)
     check(not left, f"nothing checks {sorted(left)}")
 

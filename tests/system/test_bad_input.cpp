@@ -356,7 +356,7 @@ TEST_CASE("a negative number may begin with a point") {
                                                  "-.9", "-.8", "-.7", ".9", ".8", ".7", "--json"});
   CAPTURE(result.err);
   REQUIRE(result.exit_code == 0);
-  const auto how = nlohmann::json::parse(result.out)["made_with"]["map_options"];
+  const auto how = nlohmann::json::parse(result.out)["made_with"]["job"]["options"];
   CHECK(how["phase"] == nlohmann::json({0.9, -0.1, 0, 0}));
-  CHECK(how["box"][0] == nlohmann::json({-0.9, -0.8, -0.7}));
+  CHECK(how["box"] == nlohmann::json({-0.9, -0.8, -0.7, 0.9, 0.8, 0.7}));
 }

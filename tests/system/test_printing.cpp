@@ -104,7 +104,7 @@ TEST_CASE("a print has the size and the walls that were asked for") {
   CHECK(surface["print"]["thinnest_wall"].get<double>() >= 0.8);
   CHECK(surface["print"]["volume"].get<double>() > 0);
   CHECK(surface["print"]["decimation"]["ended_by"] == "max_triangles");
-  CHECK(surface["made_with"]["min_wall"] == 0.8);
+  CHECK(surface["made_with"]["job"]["options"]["min_wall"] == 0.8);
   const json info = made({"info", stl, "--printable", "--min-wall", "0.8"});
   CHECK(info["printable"]["ready"] == true);
   const json& box = info["box"];

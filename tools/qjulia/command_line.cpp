@@ -249,6 +249,9 @@ OptionUsage usage_of(const CLI::Option& option, const CommandNotes& notes) {
   if (const auto found = notes.completions.find(&option); found != notes.completions.end()) {
     usage.completion = found->second;
   }
+  usage.takes_numbers = notes.numbers.contains(&option);
+  usage.is_in_job = !notes.not_in_jobs.contains(&option);
+  usage.is_output = notes.outputs.contains(&option);
   if (const auto found = notes.examples.find(&option); found != notes.examples.end()) {
     usage.example = found->second;
   }
@@ -260,11 +263,28 @@ CommandUsage usage_of(const CLI::App& app, const CommandNotes& notes) {
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_group().empty()) continue;  // for the program's own use
     usage.options.push_back(usage_of(*option, notes));
+    if (option == app.get_help_ptr() || option == app.get_help_all_ptr()) {
+      usage.options.back().is_in_job = false;
+    }
   }
   return usage;
 }
 
 bool is_direction(std::string_view word) { return word == "-x" || word == "-y" || word == "-z"; }
+
+/// The arguments as CLI11 reads them rightly.
+std::vector<std::string> as_parsed(const std::vector<std::string>& given) {
+  std::vector<std::string> words;
+  for (const std::string& word : given) {
+    // "--up -z": no option has such a name.
+    if (!words.empty() && words.back().starts_with("--") && is_direction(word)) {
+      words.back() += '=' + word;
+    } else {
+      words.push_back(with_zero(word));
+    }
+  }
+  return words;
+}
 
 }  // namespace
 
@@ -315,6 +335,16 @@ Option Option::example(const std::string& words) const {
   return *this;
 }
 
+Option Option::not_in_job() const {
+  notes_->not_in_jobs.insert(option_);
+  return *this;
+}
+
+Option Option::names_output() const {
+  notes_->outputs.insert(option_);
+  return not_in_job();
+}
+
 Option Option::offers(const std::vector<std::string>& words) const {
   notes_->completions[option_].words = words;
   return *this;
@@ -346,11 +376,26 @@ Option Command::word(const std::string& names, const std::string& type,
   return {app_->add_option(names, read, description)->type_name(type), notes_};
 }
 
+Option Command::words(const std::string& names, std::function<void(const std::string&)> take,
+                      const std::string& description) const {
+  constexpr int kMostWords = 1000;
+  const auto read = [option = longest_name(names),
+                     take = std::move(take)](const CLI::results_t& words) {
+    return read_for(option, [&] { std::ranges::for_each(words, take); });
+  };
+  return {app_->add_option(names, read, description)
+              ->type_name("")
+              ->expected(1, kMostWords)
+              ->allow_extra_args(),
+          notes_};
+}
+
 Option Command::add(const std::string& names, Target target, const std::string& type,
                     const std::string& description) const {
   const auto take = [target](const std::string& word) { read_value(word, target); };
-  return word(names, type, take, description)
-      .default_text(std::visit([](const auto* value) { return shown(*value); }, target));
+  const Option added = word(names, type, take, description);
+  if (!std::holds_alternative<std::string*>(target)) notes_->numbers.insert(added.option_);
+  return added.default_text(std::visit([](const auto* value) { return shown(*value); }, target));
 }
 
 Option Command::file(const std::string& names, std::string& target, const std::string& type,
@@ -373,7 +418,7 @@ Option Command::output(std::string& target, const std::string& type,
                        const std::string& description) const {
   const Option added = file("-o,--output", target, type, description);
   added.option_->required();
-  return added;
+  return added.names_output();
 }
 
 Option Command::output(const std::string& names, OutputName& target,
@@ -383,7 +428,7 @@ Option Command::output(const std::string& names, OutputName& target,
     if (!target.path.empty()) return;
     target = {named(), true};
   });
-  return file(names, target.path, type, description);
+  return file(names, target.path, type, description).names_output();
 }
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) const {
@@ -394,22 +439,26 @@ Option Command::numbers(const std::string& names, const std::string& type,
                         std::function<void(const std::vector<double>&)> take,
                         const std::string& description) const {
   const int count = count_words(type);
-  return {app_->add_option(names, number_reader(names, count, std::move(take)), description)
-              ->expected(count)
-              ->type_name(type),
-          notes_};
+  CLI::Option* const added =
+      app_->add_option(names, number_reader(names, count, std::move(take)), description)
+          ->expected(count)
+          ->type_name(type);
+  notes_->numbers.insert(added);
+  return {added, notes_};
 }
 
 Option Command::repeated_numbers(const std::string& names, const std::string& type, int most,
                                  std::function<void(const std::vector<double>&)> take,
                                  const std::string& description) const {
   const int count = count_words(type);
-  return {app_->add_option(names, number_reader(names, count, std::move(take)), description)
-              ->type_name(type)
-              ->type_size(count)
-              ->expected(1, most)
-              ->allow_extra_args(false),
-          notes_};
+  CLI::Option* const added =
+      app_->add_option(names, number_reader(names, count, std::move(take)), description)
+          ->type_name(type)
+          ->type_size(count)
+          ->expected(1, most)
+          ->allow_extra_args(false);
+  notes_->numbers.insert(added);
+  return {added, notes_};
 }
 
 void Command::footer(const std::string& text) const { app_->footer(text); }
@@ -419,6 +468,35 @@ void Command::on_chosen(std::function<void()> call) const {
     for (const auto& before : notes->once_chosen[app]) before();
     call();
   });
+}
+
+Job Command::job() const {
+  Job job{.command = app_->get_name()};
+  for (const CLI::Option* option : std::as_const(*app_).get_options()) {
+    const OptionUsage usage = usage_of(*option, *notes_);
+    if (option->count() == 0 || !usage.is_in_job) continue;
+    const std::string name = job_name(usage.name);
+    const CLI::results_t& words = option->results();
+    nlohmann::json& value = job.options[name];
+    if (usage.values.empty() && !usage.is_positional) {
+      value = true;
+    } else if (usage.is_repeated) {
+      const auto count = static_cast<std::ptrdiff_t>(usage.values.size());
+      value = nlohmann::json::array();
+      for (auto word = words.begin(); word != words.end(); word += count) {
+        value.push_back(job_value({word, word + count}, usage.takes_numbers));
+      }
+    } else if (usage.completion.takes_files) {
+      std::error_code ignored;
+      const std::filesystem::path path = words.front();
+      const bool is_file = usage.is_positional || std::filesystem::exists(path, ignored);
+      value = is_file ? base::to_utf8(path.filename().string()) : words.front();
+      if (is_file) job.inputs[name].path = path;
+    } else {
+      value = job_value(words, usage.takes_numbers);
+    }
+  }
+  return job;
 }
 
 CommandLine::CommandLine(const std::string& description, const std::string& name)
@@ -458,15 +536,7 @@ ProgramUsage CommandLine::usage() const {
 }
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
-  std::vector<std::string> words;
-  for (int i = 1; i < argc; ++i) {
-    // "--up -z": no option has such a name.
-    if (!words.empty() && words.back().starts_with("--") && is_direction(argv[i])) {
-      words.back() += fmt::format("={}", argv[i]);
-    } else {
-      words.push_back(with_zero(argv[i]));
-    }
-  }
+  std::vector<std::string> words = as_parsed({argv + std::min(argc, 1), argv + argc});
   if (!words.empty() && words.front() == "help") {  // help COMMAND: COMMAND --help-all
     words.erase(words.begin());
     words.emplace_back(words.empty() ? "--help" : "--help-all");
@@ -491,7 +561,8 @@ std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   }
 }
 
-void CommandLine::parse(std::vector<std::string> words) {
+void CommandLine::parse(const std::vector<std::string>& given) {
+  std::vector<std::string> words = as_parsed(given);
   std::ranges::reverse(words);  // as CLI11 takes them
   try {
     app_->parse(std::move(words));

@@ -9,11 +9,13 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "job.hpp"
 #include "usage.hpp"
 
 namespace CLI {
@@ -38,6 +40,7 @@ void read_value(const std::string& word, const Target& target);
 struct CommandNotes {
   std::map<const CLI::Option*, std::string> examples;
   std::map<const CLI::Option*, Completion> completions;
+  std::set<const CLI::Option*> numbers, not_in_jobs, outputs;
   /// What happens to a command that was typed, before it is run.
   std::map<const CLI::App*, std::vector<std::function<void()>>> once_chosen;
 };
@@ -63,6 +66,11 @@ class Option {
 
   /// Words that may be given, for tests.
   Option example(const std::string& words) const;
+
+  /// It says how a command runs, not what it makes: it is no part of a job.
+  Option not_in_job() const;
+  /// It names the file that the command makes, where no option of `Command::output` does.
+  Option names_output() const;
 
   /// What shells offer for its value: these words, files that end so (or any file), folders.
   Option offers(const std::vector<std::string>& words) const;
@@ -102,6 +110,9 @@ class Command {
   /// A word that `take` reads. @param take throws InputError saying what is wrong with it.
   Option word(const std::string& names, const std::string& type,
               std::function<void(const std::string&)> take, const std::string& description) const;
+  /// The same for any number of words, one after the other.
+  Option words(const std::string& names, std::function<void(const std::string&)> take,
+               const std::string& description) const;
   /// An option of as many finite numbers as `type` has words. @param take as above.
   Option numbers(const std::string& names, const std::string& type,
                  std::function<void(const std::vector<double>&)> take,
@@ -114,6 +125,8 @@ class Command {
   void footer(const std::string& text) const;
   /// Called when this is the command that was typed, after its options are read.
   void on_chosen(std::function<void()> call) const;
+  /// What was typed, as data.
+  Job job() const;
 
  private:
   friend class CommandLine;
@@ -144,7 +157,7 @@ class CommandLine {
   /// nothing can be done (bad usage). @throws InputError naming an option whose value is no use.
   std::optional<int> parse(int argc, const char* const* argv);
   /// Reads the words of a file that spells options without their dashes. @throws InputError
-  void parse(std::vector<std::string> words);
+  void parse(const std::vector<std::string>& words);
 
   bool has_option(const std::string& name) const;
   /// Whether this option, which it has, takes no value.

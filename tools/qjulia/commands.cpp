@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "build_facts.hpp"
+#include "qjulia/error.hpp"
 #include "qjulia/version.hpp"
 
 namespace qjulia::tools {
@@ -45,9 +46,19 @@ void describe(CommandLine& program, ChosenCommand& chosen) {
   program.version([] { return fmt::format("qjulia {}\n{}", version(), build_facts()); });
   for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_paint, add_portals,
                          add_surface, add_render, add_sample, add_compare, add_convert, add_explore,
-                         add_share, add_info, add_batch, add_profile}) {
+                         add_share, add_run, add_info, add_batch, add_profile}) {
     add(program, chosen);
   }
+}
+
+CommandUsage command_usage(const std::string& name) {
+  CommandLine program(kProgramDescription, "qjulia");
+  ChosenCommand chosen;
+  describe(program, chosen);
+  for (CommandUsage& usage : program.usage().commands) {
+    if (usage.name == name) return usage;
+  }
+  throw InputError(fmt::format("there is no command '{}'", name));
 }
 
 }  // namespace qjulia::tools

@@ -14,6 +14,7 @@
 namespace qjulia::tools {
 
 struct ChosenCommand {
+  Job job;  ///< what was typed
   Verbosity verbosity;
   std::string trace;    ///< file; empty: none
   std::string profile;  ///< the same of the command's profile
@@ -43,7 +44,8 @@ void add_command(CommandLine& program, ChosenCommand& chosen, const CommandText&
   if (text.can_trace) add_trace(command, chosen.trace);
   if (text.can_profile) add_command_profile(command, chosen.profile);
   add_verbosity(command, chosen.verbosity);
-  command.on_chosen([arguments, run, &chosen] {
+  command.on_chosen([arguments, command, run, &chosen] {
+    chosen.job = command.job();
     chosen.run = [arguments, run](Session& session) { return run(*arguments, session); };
   });
 }
@@ -53,6 +55,9 @@ extern const char* const kProgramDescription;
 
 /// The whole program: its help, version and commands.
 void describe(CommandLine& program, ChosenCommand& chosen);
+
+/// What the command of this name takes. @throws InputError where there is none.
+CommandUsage command_usage(const std::string& name);
 
 void add_devices(CommandLine& program, ChosenCommand& chosen);
 void add_doctor(CommandLine& program, ChosenCommand& chosen);
@@ -67,6 +72,7 @@ void add_compare(CommandLine& program, ChosenCommand& chosen);
 void add_convert(CommandLine& program, ChosenCommand& chosen);
 void add_explore(CommandLine& program, ChosenCommand& chosen);
 void add_share(CommandLine& program, ChosenCommand& chosen);
+void add_run(CommandLine& program, ChosenCommand& chosen);
 void add_info(CommandLine& program, ChosenCommand& chosen);
 void add_batch(CommandLine& program, ChosenCommand& chosen);
 void add_profile(CommandLine& program, ChosenCommand& chosen);

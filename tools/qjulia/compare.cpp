@@ -69,7 +69,7 @@ int run_compare(const CompareArguments& arguments, Session& session) {
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   const Map map = with_knobs(device, read, arguments.map_options, arguments.map);
-  const nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
+  const nlohmann::json how = made_with(session.job());
   if (!arguments.picture.empty()) {
     const Image image = comparison(device, map, mesh, view, session.monitor());
     if (image.covered == 0) {
@@ -114,6 +114,7 @@ void describe_compare(Command command, CompareArguments& a) {
           .file("--picture", a.picture, "FILE.png",
                 "Also draw mesh, potential, set and the distance of set from mesh as colour: .png "
                 "of four pictures with a scale")
+          .names_output()
           .offers_files({".png"});
   add_size(command, a.view).needs(picture);
   for (const Option& option : add_camera(command, a.view)) option.needs(picture);

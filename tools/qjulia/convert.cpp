@@ -154,10 +154,6 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
   };
   if (!arguments.map_options.given().empty()) {
     map = with_knobs(device(), map, arguments.map_options, arguments.input);
-    map.provenance.set("turned",
-                       made_with(arguments.input, arguments.map_options, device().info()));
-  } else if (is_original_file(arguments.input)) {
-    map.provenance.set("converted", converted_from(arguments.input));
   }
   if (!arguments.portals.empty()) {
     map.layers.portals = read_portal_text(arguments.portals, map.frame.shape_to_map);
@@ -184,6 +180,7 @@ int run_convert(const ConvertArguments& arguments, Session& session) {
     session.report_kernels(*opened);
     return kDone;
   }
+  add_job(map, session.job());
   write_map(map, arguments.output.path);
   if (opened) session.report_kernels(*opened);
   session.console.summary(fmt::format("{}{} factors\nmap: {}", refitted.text,

@@ -1,11 +1,9 @@
 #pragma once
-/// Files by their names, what tells whether two are the same, and what they say of how they were
-/// made.
+/// Files by their names, and what tells whether two are the same.
 
 #include <filesystem>
 #include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,15 +54,5 @@ std::string file_hash(const std::filesystem::path& path);
 
 /// Hexadecimal FNV-1a, 64 bits, of a text.
 std::string text_hash(std::string_view text);
-
-/// Whether the name is that of a picture (.png) or a scene (.glb), which can hold a note.
-bool can_hold_note(const std::filesystem::path& path);
-
-/// The note that `render`, `compare` and `surface` leave in pictures (a tEXt chunk) and scenes
-/// (asset.extras.made_with).
-/// @return the note under "made_with", and "width" and "height" of a picture or "vertices" and
-/// "triangles" of a scene.
-/// @throws InputError when the file is neither, or says nothing.
-nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_token& stop);
 
 }  // namespace qjulia::tools

@@ -157,7 +157,7 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
   const TrustedDevice device = own_device(ranks, arguments.device);
   if (ranks.rank() == 0) {
     check_files(arguments, options, session);
-    start.origin = origin_of(arguments.mesh, options);
+    start.origin = origin_of(arguments.mesh, options, session.job());
     start.is_done = arguments.resume && is_done(arguments, start.origin);
     if (start.is_done) return start;
     // With --resume the name may be that of an earlier run's map, whose checkpoint lies beside it.
@@ -260,13 +260,16 @@ void describe_fit(Command command, FitCommandArguments& a) {
           "Map file to write, such as bunny.qjulia.json." + named_text("mesh", ".qjulia.json"))
       .offers_files({".json"});
   add_fit_options(command, a.fit);
-  command.flag("--resume", a.resume,
-               "Go on where an earlier run of the same command was stopped or killed: it kept "
-               "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing");
+  command
+      .flag("--resume", a.resume,
+            "Go on where an earlier run of the same command was stopped or killed: it kept "
+            "MAP.checkpoint. Without one, start afresh; with the finished map, do nothing")
+      .not_in_job();
   command
       .file("--report", a.report, "DIR",
             "Folder for report.html: pictures, curves, figures and options on one page that "
             "needs nothing else. Made after the fit, in some seconds more")
+      .not_in_job()
       .offers_folders();
   add_device_to_use(command, a.device);
 }

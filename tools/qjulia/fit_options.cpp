@@ -64,7 +64,7 @@ FitOptions fit_options(const std::vector<batch::ManifestOption>& options) {
     }
     words.push_back(values.empty() ? "--" + name : fmt::format("--{}={}", name, values.front()));
   }
-  command.parse(std::move(words));
+  command.parse(words);
   read.validate();
   return read;
 }

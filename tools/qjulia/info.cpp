@@ -11,8 +11,9 @@
 #include "commands.hpp"
 #include "device_obstacles.hpp"
 #include "files.hpp"
+#include "job.hpp"
 #include "map_options.hpp"
-#include "picture_note.hpp"
+#include "notes.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/figures.hpp"
@@ -344,6 +345,19 @@ void describe_precision(const Map& map, const Device& device, const std::stop_to
       {{"points", check.points}, {"different", check.different}, {"iterations", check.iterations}});
 }
 
+/// The command that made the file, as far as its job says so.
+void add_command_of(const nlohmann::json& job, const std::string& file, Answer& answer) {
+  try {
+    const Job made = job_from_json(job, file);
+    const std::string text = command_text(made, command_usage(made.command));
+    if (text.empty()) return;
+    answer.add("made by       " + text, "command", text);
+    answer.add(fmt::format("again         qjulia run {}", shell_word(file)));
+  } catch (const InputError&) {
+    // Another version's.
+  }
+}
+
 Answer map_info(const InfoArguments& arguments, const Session& session) {
   const Map map = read_map(arguments.file, session.interrupts.token());
   const char* formula =
@@ -373,6 +387,11 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   describe_portals(map, answer);
   describe_paint(map, answer);
   describe_shape(map, answer);
+  try {
+    add_command_of(last_job(map, arguments.file), arguments.file, answer);
+  } catch (const InputError&) {
+    // It says nothing of how it was made.
+  }
   if (const auto device = device_for(arguments, answer)) {
     describe_orbits(map, *device, session.interrupts.token(), answer);
     if (arguments.check_precision) {
@@ -383,11 +402,9 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
   return answer;
 }
 
-void add_making(const nlohmann::json& made, Answer& answer) {
-  if (made.contains("input") && made["input"].contains("name")) {
-    answer.add("made from     " + made["input"]["name"].dump());
-  }
+void add_making(const nlohmann::json& made, const std::string& file, Answer& answer) {
   answer.add("made with     " + made.dump(), "made_with", made);
+  if (made.contains("job")) add_command_of(made["job"], file, answer);
 }
 
 /// Whether the file holds a map. @return the same
@@ -400,15 +417,15 @@ bool add_held_map(const std::string& file, const std::stop_token& stop, Answer& 
   return holds;
 }
 
-/// How a .glb was made, if this program made it.
+/// How a file was made, if this program made it and the file says so.
 void describe_making(const InfoArguments& arguments, const std::stop_token& stop, Answer& answer) {
   if (!can_hold_note(arguments.file)) return;
   try {
-    add_making(embedded_note(arguments.file, stop).at("made_with"), answer);
+    add_making(embedded_note(arguments.file, stop).at("made_with"), arguments.file, answer);
   } catch (const InputError&) {
     // Another program made it.
   }
-  add_held_map(arguments.file, stop, answer);
+  if (extension_of(arguments.file) == ".glb") add_held_map(arguments.file, stop, answer);
 }
 
 /// A picture of ours: what it shows, and how it was made.
@@ -418,25 +435,24 @@ Answer picture_info(const InfoArguments& arguments, const Session& session) {
                             note.at("height").dump()),
                 {{"file", arguments.file}, {"type", "picture"}}};
   answer.json.update(note);
-  add_making(note.at("made_with"), answer);
-  const bool holds = add_held_map(arguments.file, session.interrupts.token(), answer);
-  const std::string command = render_command(note.at("made_with"), arguments.file, holds);
-  if (!command.empty()) answer.add("again         " + command, "command", command);
+  add_making(note.at("made_with"), arguments.file, answer);
+  add_held_map(arguments.file, session.interrupts.token(), answer);
   return answer;
 }
 
 int run_info(const InfoArguments& arguments, Session& session) {
   const bool mesh = has_type(arguments.file, FileContent::mesh, FileUse::read);
-  if (arguments.check_precision && (mesh || can_hold_note(arguments.file))) {
+  const bool picture = extension_of(arguments.file) == ".png";
+  if (arguments.check_precision && (mesh || picture)) {
     throw InputError(
         fmt::format("--check-precision needs a map, and '{}' is not one", arguments.file));
   }
   if (arguments.printable && !mesh) {
     throw InputError(fmt::format("--printable needs a mesh, and '{}' is not one", arguments.file));
   }
-  Answer answer = mesh                            ? mesh_info(arguments, session.monitor().stop)
-                  : can_hold_note(arguments.file) ? picture_info(arguments, session)
-                                                  : map_info(arguments, session);
+  Answer answer = mesh      ? mesh_info(arguments, session.monitor().stop)
+                  : picture ? picture_info(arguments, session)
+                            : map_info(arguments, session);
   if (mesh) describe_making(arguments, session.monitor().stop, answer);
   session.console.result(answer.text, answer.json);
   return kDone;
@@ -482,7 +498,7 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
   qjulia info bunny.stl --printable --min-wall 1.2
   qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin lies
   qjulia info bunny.qjulia.json --verbose  and how it was made
-  qjulia info bunny.png                    the command that draws a picture again
+  qjulia info bunny.png                    the command that drew a picture
 Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be
 below -2: nearer 0 the set dissolves.)",
                /*can_trace=*/false},

@@ -18,12 +18,16 @@ void refuse(const std::vector<Option>& options, const char* why) {
 
 void add_verbosity(Command command, Verbosity& verbosity) {
   const Option quiet =
-      command.flag("-q,--quiet", verbosity.quiet, "Say nothing but results, warnings and errors");
+      command.flag("-q,--quiet", verbosity.quiet, "Say nothing but results, warnings and errors")
+          .not_in_job();
   command.flag("-v,--verbose", verbosity.verbose, "Say more, such as where the device's time went")
+      .not_in_job()
       .excludes({quiet});
-  command.flag("--json", verbosity.json,
-               "Print the result as one JSON object on standard output; everything else goes to "
-               "standard error");
+  command
+      .flag("--json", verbosity.json,
+            "Print the result as one JSON object on standard output; everything else goes to "
+            "standard error")
+      .not_in_job();
 }
 
 Option add_precision(Command command, Precision& precision, const std::string& description) {
@@ -54,7 +58,7 @@ std::vector<Option> add_device(Command command, DeviceChoice& device) {
       "--device", &device.name, "DEVICE",
       "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
       "part of a name. Default: $QJULIA_DEVICE, else what ranks first in 'qjulia devices'");
-  name.offers({"gpu", "cpu"});
+  name.not_in_job().offers({"gpu", "cpu"});
   const auto set_layout = [&device](const std::string& layout) {
     if (layout != "auto" && layout != "cpu" && layout != "gpu") {
       throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
@@ -65,17 +69,19 @@ std::vector<Option> add_device(Command command, DeviceChoice& device) {
       "--layout", "LAYOUT", set_layout,
       "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
       "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else auto");
-  layout.offers({"auto", "cpu", "gpu"});
+  layout.not_in_job().offers({"auto", "cpu", "gpu"});
   return {name, layout};
 }
 
 std::vector<Option> add_device_to_use(Command command, TrustedDevice& device) {
   std::vector<Option> options = add_device(command, device);
-  options.push_back(command.flag(
-      "--trust-device", device.is_trusted,
-      "Use a GPU without the self-test that precedes its first use, which takes about a "
-      "second once for each driver and version. Programs whose build has crashed are "
-      "still left out"));
+  options.push_back(
+      command
+          .flag("--trust-device", device.is_trusted,
+                "Use a GPU without the self-test that precedes its first use, which takes about a "
+                "second once for each driver and version. Programs whose build has crashed are "
+                "still left out")
+          .not_in_job());
   return options;
 }
 
@@ -84,6 +90,7 @@ void add_trace(Command command, std::string& file) {
       .file("--trace", file, "FILE",
             "Write what ran when, stages of the host and kernels of the device, as a trace-event "
             "JSON for ui.perfetto.dev or chrome://tracing")
+      .not_in_job()
       .offers_files({".json"});
 }
 
@@ -93,6 +100,7 @@ void add_command_profile(Command command, std::string& file) {
             "Write every kernel that ran, with its launches, seconds, share, work and the share of "
             "the device's limits that it reached, and the host's stages beside them; the limits "
             "are measured before and afterwards, in one to two seconds")
+      .not_in_job()
       .offers_files({".json"});
 }
 

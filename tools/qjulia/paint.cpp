@@ -38,24 +38,6 @@ PaintRamp ramp_of(const std::string& text) {
       "'{}' is not AXIS=LOW:HIGH with x, y or z and two shares, such as y=1:0.1", text));
 }
 
-nlohmann::json options_json(const PaintArguments& arguments) {
-  const PaintOptions& options = arguments.options;
-  nlohmann::json json = {{"map", arguments.map}, {"elsewhere", options.elsewhere}};
-  if (!arguments.ramp.empty()) json["ramp"] = arguments.ramp;
-  if (!arguments.mesh.empty()) json["mesh"] = arguments.mesh;
-  if (!arguments.property.empty()) json["property"] = arguments.property;
-  if (options.thickness) json["thickness"] = *options.thickness;
-  for (const PaintBall& ball : options.balls) {
-    json["balls"].push_back(
-        {ball.center.x(), ball.center.y(), ball.center.z(), ball.radius, ball.share});
-  }
-  for (const auto& [box, share] : options.blocks) {
-    json["blocks"].push_back(
-        {box.low.x(), box.low.y(), box.low.z(), box.high.x(), box.high.y(), box.high.z(), share});
-  }
-  return json;
-}
-
 int run_paint(const PaintArguments& arguments, Session& session) {
   PaintOptions options = arguments.options;
   if (!arguments.property.empty() && arguments.mesh.empty()) {
@@ -78,13 +60,14 @@ int run_paint(const PaintArguments& arguments, Session& session) {
         read_painted_mesh(arguments.mesh, arguments.property, session.interrupts.token());
   }
   if (arguments.clear) {
+    add_job(map, session.job());
     write_map(map, arguments.output);
     session.console.summary(fmt::format("map: {}", arguments.output), {{"map", arguments.output}});
     return kDone;
   }
   const Device device = session.open_device(arguments.device);
   map.layers.paint = painted(device, map, options, session.monitor());
-  map.provenance.set("paint", options_json(arguments));
+  add_job(map, session.job());
   write_map(map, arguments.output);
   session.report_kernels(device);
   const auto [nx, ny, nz] = map.layers.paint->cells;
@@ -119,10 +102,7 @@ void describe_paint(Command command, PaintArguments& a) {
         a.options.blocks.push_back({{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}, v[6]});
       },
       "The same for a block between two corners, under all balls");
-  const auto take_ramp = [&a](const std::string& text) {
-    a.options.ramp = ramp_of(text);
-    a.ramp = text;
-  };
+  const auto take_ramp = [&a](const std::string& text) { a.options.ramp = ramp_of(text); };
   command.word("--ramp", "AXIS=LOW:HIGH", take_ramp,
                "Shares that change evenly along an axis, from the shape's low end to its high one, "
                "such as y=1:0.1");

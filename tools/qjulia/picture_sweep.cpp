@@ -11,6 +11,7 @@
 
 #include "base/text.hpp"
 #include "files.hpp"
+#include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/picture_settings.hpp"
@@ -239,6 +240,32 @@ std::optional<Sweep> wanted_sweep(const SweepChoice& wanted, const std::string& 
   }
   if (!sweep.is_of_camera()) expect_map("--sweep " + sweep.name, input);
   return sweep;
+}
+
+Job frame_job(Job job, const View& asked, const View& drawn) {
+  job.options.erase("sweep");
+  job.options.erase("turntable");
+  const auto set = [&](const std::string& name, const nlohmann::json& was,
+                       const nlohmann::json& is) {
+    if (is == was) return;
+    job.options[name] = is;
+    if (is.is_null()) job.options.erase(name);
+  };
+  const nlohmann::json map_was = to_json(asked.map_options), map_is = to_json(drawn.map_options);
+  for (const auto& [name, value] : map_is.items()) set(name, map_was.at(name), value);
+  const nlohmann::json usual = to_json(asked.picture), used = to_json(drawn.picture);
+  for (const PictureSetting& setting : picture_settings()) {
+    if (!used.contains(setting.name)) continue;
+    set(setting.name, usual.at(setting.name), used.at(setting.name));
+  }
+  if (drawn.picture.range && drawn.picture.range != asked.picture.range) {
+    job.options["range"] = {drawn.picture.range->low, drawn.picture.range->high};
+    job.options.erase("range_between");
+    if (const auto& between = drawn.picture.range->between; !between.empty()) {
+      job.options["range_between"] = fmt::format("{}", fmt::join(between, ","));
+    }
+  }
+  return job;
 }
 
 std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t number) {

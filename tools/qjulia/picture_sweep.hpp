@@ -40,6 +40,17 @@ std::optional<Sweep> wanted_sweep(const SweepChoice& wanted, const std::string& 
                                   const MapOptions& given, const std::vector<Option>& camera,
                                   const PictureOptions& options);
 
+/// What a picture of a map depends on.
+struct View {
+  MapOptions map_options;
+  PictureOptions picture;
+};
+
+/// The job of one picture of a sweep.
+/// @param job of the sweep. @param asked what holds for all its pictures. @param drawn what this
+/// one was drawn with.
+Job frame_job(Job job, const View& asked, const View& drawn);
+
 /// "sheet.png" and 7: "sheet_007.png".
 std::filesystem::path frame_path(const std::filesystem::path& sheet, std::size_t number);
 

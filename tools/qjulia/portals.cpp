@@ -30,10 +30,7 @@ int run_portals(const PortalsArguments& arguments, Session& session) {
   Map map = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   map.layers.portals = proposed_portals(device, map, options, session.monitor());
-  map.provenance.set("portals", {{"map", arguments.map},
-                                 {"count", options.count},
-                                 {"size", options.size},
-                                 {"mask", to_string(options.mask)}});
+  add_job(map, session.job());
   write_map(map, arguments.output);
   session.report_kernels(device);
   const int depth = visible_depth(map.layers.portals);

@@ -68,12 +68,12 @@ StageReport stage_from(const nlohmann::json& j) {
 
 nlohmann::json program_json() { return {{"name", "qjulia"}, {"version", version()}}; }
 
+}  // namespace
+
 nlohmann::json device_json(const DeviceInfo& device) {
   return {
       {"name", device.name}, {"platform", device.platform_name}, {"driver", device.driver_version}};
 }
-
-}  // namespace
 
 nlohmann::json file_json(const std::filesystem::path& path) {
   nlohmann::json json = {{"name", name_of(path)}, {"fnv1a64", nullptr}};
@@ -113,25 +113,7 @@ nlohmann::json final_figures(const FitResult& result) {
 
 std::string program_name() { return std::string("qjulia ") + version(); }
 
-nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
-                         const DeviceInfo& device) {
-  nlohmann::json json = converted_from(input);
-  json["map_options"] = to_json(options);
-  json["device"] = device_json(device);
-  return json;
-}
-
-nlohmann::json shape_provenance(const nlohmann::json& mesh, const nlohmann::json& options,
-                                const Device& device) {
-  return {{"program", program_json()},
-          {"mesh", mesh},
-          {"options", options},
-          {"device", device_json(device.info())}};
-}
-
-nlohmann::json converted_from(const std::filesystem::path& input) {
-  return {{"program", program_json()}, {"input", file_json(input)}};
-}
+nlohmann::json made_with(const Job& job) { return {{"job", to_json(job)}}; }
 
 std::string one_line(const nlohmann::json& json) {
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
@@ -186,8 +168,26 @@ FitResult finished_fit(Map map, const std::filesystem::path& file) {
   return result;
 }
 
-FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options) {
-  return {file_json(mesh_path), to_json(options), options.precision};
+Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options) {
+  Job job{.command = "fit", .options = {{"mesh", name_of(mesh_path)}}};
+  job.inputs["mesh"].path = mesh_path;
+  nlohmann::json usual;
+  base::add_json(usual, fit_settings(), FitOptions{});
+  for (const auto& setting : fit_settings()) {
+    FitOptions own = options;
+    const nlohmann::json value = base::value_json(setting, setting.place(own));
+    if (value != usual.at(setting.name)) job.options[setting.name] = value;
+  }
+  if (const std::filesystem::path schedule = options.schedule; extension_of(schedule) == ".toml") {
+    job.options["schedule"] = name_of(schedule);
+    job.inputs["schedule"].path = schedule;
+  }
+  job.hash_inputs();
+  return job;
+}
+
+FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options, Job job) {
+  return {std::move(job), file_json(mesh_path), to_json(options), options.precision};
 }
 
 nlohmann::json provenance(const FitOrigin& origin, const Device& device, const FitResult& result) {
@@ -196,7 +196,10 @@ nlohmann::json provenance(const FitOrigin& origin, const Device& device, const F
   nlohmann::json used = device_json(device.info());
   if (!device.has_own_layout()) used["layout"] = to_string(device.layout());
   if (device.is_tuned(origin.precision)) used["tuning"] = to_json(device.tuning(origin.precision));
-  return {{"program", program_json()},
+  Job job = origin.job;
+  job.device = device_json(device.info());
+  return {{"jobs", {to_json(job)}},
+          {"program", program_json()},
           {"mesh", origin.mesh},
           {"options", origin.options},
           {"device", used},

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "map_options.hpp"
+#include "job.hpp"
 #include "qjulia/fit.hpp"
 #include "qjulia/picture.hpp"
 
@@ -18,15 +18,19 @@ nlohmann::json to_json(const FitOptions& options);
 
 /// What a fit is of. It is taken before the mesh is read, since files may change during the fit.
 struct FitOrigin {
+  Job job;
   nlohmann::json mesh, options;
   Precision precision = Precision::single;
 };
 
-/// @throws InputError when the mesh or the schedule cannot be read.
-FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options);
+/// The job of `fit` that has these options. @throws InputError when the mesh cannot be read.
+Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options);
 
-/// Program, mesh (name and hash), options, device, stages, figures and times. Times differ from run
-/// to run; nothing else does.
+/// @throws InputError when the mesh or the schedule cannot be read.
+FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options, Job job);
+
+/// The job, program, mesh (name and hash), options, device, stages, figures and times. Times differ
+/// from run to run; nothing else does.
 nlohmann::json provenance(const FitOrigin& origin, const Device& device, const FitResult& result);
 
 /// A fit by what its map's provenance tells. @param file for messages.
@@ -36,18 +40,10 @@ FitResult finished_fit(Map map, const std::filesystem::path& file);
 /// "qjulia 0.1.0".
 std::string program_name();
 
-/// How something was made of the map (or mesh) in `input`: program, input (name and hash), the
-/// map's options, device.
-nlohmann::json made_with(const std::filesystem::path& input, const MapOptions& options,
-                         const DeviceInfo& device);
+nlohmann::json device_json(const DeviceInfo& device);
 
-/// How a map was made of a mesh without a fit: program, mesh (as `file_json` gave it before the
-/// mesh was read), options, device.
-nlohmann::json shape_provenance(const nlohmann::json& mesh, const nlohmann::json& options,
-                                const Device& device);
-
-/// Program and input (name and hash).
-nlohmann::json converted_from(const std::filesystem::path& input);
+/// What a file says of how it was made: the job.
+nlohmann::json made_with(const Job& job);
 
 /// On one line in ASCII, for the text of files. File names may hold any bytes.
 std::string one_line(const nlohmann::json& json);

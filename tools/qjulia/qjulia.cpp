@@ -21,6 +21,7 @@ void ignore_relative_cache() {
 
 int run_command(const ChosenCommand& chosen) {
   Session session(chosen.verbosity, chosen.trace, chosen.profile);
+  session.begin(chosen.job);
   try {
     const int code = chosen.run(session);
     session.finish();

@@ -14,6 +14,7 @@
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
+#include "notes.hpp"
 #include "picture_options.hpp"
 #include "picture_sweep.hpp"
 #include "provenance.hpp"
@@ -90,12 +91,8 @@ Scene read_scene(const RenderArguments& arguments, Session& session) {
 Scene turned(const Device& device, Scene scene, const std::string& input, const MapOptions& options,
              Session& session) {
   if (!scene.map) return scene;
-  const nlohmann::json usual = to_json(MapOptions{}), how = to_json(options);
-  const bool has_knobs = std::ranges::any_of(
-      knob_table(), [&](const Knob& knob) { return how.at(knob.name) != usual.at(knob.name); });
   scene.map = with_knobs(device, *scene.map, options, input);
   warn_if_unbounded(*scene.map, options, input, session.console);
-  if (has_knobs) scene.map->provenance.set("turned", made_with(input, options, device.info()));
   return scene;
 }
 
@@ -107,8 +104,16 @@ Studio studio_of(const Device& device, const Scene& scene, const PictureOptions&
 }
 
 /// The map that a picture of the scene holds.
-std::string carried_map(const Scene& scene, const RenderArguments& arguments) {
-  return scene.map && !arguments.no_map ? packed_map(*scene.map) : std::string();
+/// @param options what was turned on the map, and `job` what turned it.
+std::string carried_map(const Scene& scene, const RenderArguments& arguments,
+                        const MapOptions& options, const Job& job) {
+  if (!scene.map || arguments.no_map) return {};
+  const nlohmann::json usual = to_json(MapOptions{}), how = to_json(options);
+  const bool has_knobs = std::ranges::any_of(
+      knob_table(), [&](const Knob& knob) { return how.at(knob.name) != usual.at(knob.name); });
+  Map map = *scene.map;
+  if (has_knobs) add_job(map, job);
+  return packed_map(map);
 }
 
 /// Says so when a picture shows nothing. @throws Error where a part of the set was asked for.
@@ -264,7 +269,6 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   Scene shown;
   std::vector<Image> frames;
   std::vector<std::string> files;
-  nlohmann::json how;
   std::optional<Studio> studio;
   Series series;
   if (sweep.is_of_camera()) {
@@ -295,17 +299,22 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
                                         part_monitor(session, frames.size(), sweep.values.size()));
     warn_if_empty(image, arguments.input, frame_options, session);
     if (image.loose.count > 0) session.console.note(left_out_text(image.loose));
-    how = made_with(arguments.input, map_options, device.info());
-    how["picture"] = to_json(as_drawn(frame_options, *studio));
+    const PictureOptions drawn = as_drawn(frame_options, *studio);
+    const Job job =
+        frame_job(session.job(), {arguments.map_options, options}, {map_options, drawn});
+    nlohmann::json how = made_with(job);
+    how["picture"] = to_json(drawn);
     files.push_back(frame_path(arguments.output.path, files.size() + 1).string());
     {
       const TraceStage stage(session.trace(), "write");
-      write_picture(image, files.back(), how, carried_map(shown, arguments));
+      write_picture(image, files.back(), how, carried_map(shown, arguments, map_options, job));
     }
     session.written_so_far = fmt::format("{} pictures were written", files.size());
     frames.push_back(captioned(reduced(image, reduction), caption));
   }
   const auto count = static_cast<int>(frames.size());
+  nlohmann::json how = made_with(session.job());
+  how["picture"] = to_json(options);
   how["sweep"] = {{"name", sweep.name}, {"values", sweep.values}};
   write_picture(contact_sheet(frames, sheet_columns(count)), arguments.output.path, how);
   session.report_kernels(device);
@@ -339,10 +348,11 @@ int run_render(const RenderArguments& arguments, Session& session) {
       arguments.layers.empty() ? LayeredImage{studio.picture(options.camera, session.monitor()), {}}
                                : studio.layered_picture(options.camera, session.monitor());
   warn_if_empty(image, arguments.input, options, session);
-  nlohmann::json how = made_with(arguments.input, arguments.map_options, device.info());
+  nlohmann::json how = made_with(session.job());
   how["picture"] = to_json(as_drawn(options, studio));
   const TraceStage stage(session.trace(), "write");
-  write_picture(image, arguments.output.path, how, carried_map(scene, arguments));
+  write_picture(image, arguments.output.path, how,
+                carried_map(scene, arguments, arguments.map_options, session.job()));
   std::vector<std::string> layer_files;
   if (!arguments.layers.empty()) {
     for (const auto& path : write_layers(layers, image.width, arguments.layers)) {
@@ -403,16 +413,20 @@ void describe_render(Command command, RenderArguments& a) {
            "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
       .range(2, 10000);
   add_material(command, a.options);
-  command.file("--aov", a.layers, "PREFIX",
-               "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "
-               "shape units, inf where nothing is), PREFIX.normal.npy and PREFIX.position.npy "
-               "(shape coordinates), unfiltered; depth and normal also as .png to look at");
+  command
+      .file("--aov", a.layers, "PREFIX",
+            "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "
+            "shape units, inf where nothing is), PREFIX.normal.npy and PREFIX.position.npy "
+            "(shape coordinates), unfiltered; depth and normal also as .png to look at")
+      .not_in_job();
   command.flag("--no-map", a.no_map,
                "Leave the map out of the picture. It takes 50 to 60 bytes a factor: 20 KB of 331 "
                "factors, 51 KB of 992");
-  command.flag("--preview", a.preview,
-               "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
-               "picture is done");
+  command
+      .flag("--preview", a.preview,
+            "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
+            "picture is done")
+      .not_in_job();
   command.flag(
       "--exact", a.options.exact,
       "Compute every orbit, instead of looking iterates up in tables where that moves what "
@@ -445,8 +459,7 @@ Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixel
 loose pieces, stands in the middle and fills 83 % of the tighter side; a sweep or a turntable is
 framed once for all its pictures. Rings on the faces of cuts show depth. The file holds
 the map as it is drawn, with its knobs turned, so that every command that reads maps reads the
-picture too; 'qjulia info' says the command that draws it again, and 'qjulia explore' opens the
-view. Of a series, each picture holds its map, and the contact sheet none. The file's text chunk
+picture too; 'qjulia run' draws it again, and 'qjulia explore' opens the view. Of a series, each picture holds its map, and the contact sheet none. The file's text chunk
 'qjulia' says how it was made.
 )") + kMapOptionsHelp,
                /*can_trace=*/true,

@@ -45,7 +45,7 @@ int run_sample(const SampleArguments& arguments, Session& session) {
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   const Map map = with_knobs(device, read, arguments.map_options, arguments.map);
-  nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
+  const nlohmann::json how = made_with(session.job());
   const CellGrid grid = makes_volume
                             ? volume::write_grids(device, map, options,
                                                   {named_after(arguments.map, ""), one_line(how)},

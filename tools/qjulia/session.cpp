@@ -14,6 +14,7 @@
 #include "check_process.hpp"
 #include "device_obstacles.hpp"
 #include "files.hpp"
+#include "provenance.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/self_test.hpp"
@@ -79,6 +80,8 @@ void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
       pipes_.push_back(opened_when_read(output.path, interrupts.token()));
     }
   }
+  // Files may change while the command works.
+  job_.hash_inputs();
   are_outputs_checked_ = true;
 }
 
@@ -182,6 +185,7 @@ Device Session::open_device(const TrustedDevice& wanted) {
       device.has_own_layout() ? "" : fmt::format(", {} layout", to_string(device.layout()))));
   if (const std::string fault = known_fault(device.info()); !fault.empty()) console.warn(fault);
   expect_right_results(device, wanted);
+  job_.device = device_json(device.info());
   if (trace_) {
     start_meter(device);
     untraced_wait_ = device.wait_time();

@@ -5,11 +5,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/output_check.hpp"
 #include "console.hpp"
 #include "interrupts.hpp"
+#include "job.hpp"
 #include "options.hpp"
 #include "qjulia/command_profile.hpp"
 #include "qjulia/device.hpp"
@@ -28,6 +30,11 @@ class Session {
   double seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
+  /// What the command was asked to make; to be called before anything else.
+  void begin(Job job) { job_ = std::move(job); }
+  /// The same, with the hashes of its inputs once outputs are checked, and the device once it is
+  /// open.
+  const Job& job() const { return job_; }
   /// Checks all that a command reads and writes, with the trace, before any work. Pipes among the
   /// outputs are waited for until somebody reads them, as a shell's '>' does. @throws InputError,
   /// OutputError, Interrupted
@@ -70,6 +77,7 @@ class Session {
   void start_meter(const Device& device);
 
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  Job job_;
   std::string trace_file_, profile_file_;
   bool are_outputs_checked_ = false;
   std::vector<int> pipes_;  ///< outputs; open, so that readers wait

@@ -113,14 +113,14 @@ int run_shape(const ShapeArguments& arguments, Session& session) {
   choose_versor(arguments.versor, options);
   options.validate();
   arguments.paint.validate();
-  const nlohmann::json mesh_file = file_json(arguments.mesh);
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   Map map = exact_map(device, mesh, options, session.monitor());
   if (arguments.paint.thickness) {
     map.layers.paint = painted(device, map, arguments.paint, session.monitor());
   }
-  map.provenance.set("shape", shape_provenance(mesh_file, options_json(arguments), device));
+  map.provenance.set("shape", options_json(arguments));
+  add_job(map, session.job());
   write_map(map, arguments.output.path);
   session.report_kernels(device);
   const auto& distance = std::get<DistanceModulus>(map.dynamics.modulus);

@@ -20,7 +20,8 @@ struct ShareArguments {
 
 int run_share(const ShareArguments& arguments, Session& session) {
   session.check_outputs({arguments.map}, {output_named("--output", arguments.output, {".html"})});
-  const Map map = read_map(arguments.map, session.interrupts.token());
+  Map map = read_map(arguments.map, session.interrupts.token());
+  add_job(map, session.job());
   const std::string page = explore::shared_page(map, name_of(arguments.map));
   base::write_file(arguments.output.path, page);
   session.console.summary(

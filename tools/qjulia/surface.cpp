@@ -10,7 +10,6 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "base/setting_json.hpp"
 #include "commands.hpp"
 #include "files.hpp"
 #include "map_options.hpp"
@@ -274,17 +273,8 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   // Maps that do not say it stand as they are drawn.
   if (is_upright) map.frame.up = arguments.up ? arguments.up : map.frame.up.value_or(kDefaultUp);
 
-  nlohmann::json how = made_with(arguments.map, arguments.map_options, device.info());
-  if (!arguments.map_options.given().empty()) map.provenance.set("turned", how);
-  how["resolution"] = options.resolution;
-  if (options.draft) how["draft"] = true;
-  how.update(print_json(arguments.print));
-  if (has_colors(arguments)) {
-    how["material"] = to_string(arguments.material);
-    how["palette"] = base::value_json(color_options(arguments, options).palette);
-  }
-  if (is_upright) how["up"] = to_string(*map.frame.up);
-  if (!is_upright && arguments.up) how["file_up"] = to_string(*arguments.up);
+  const nlohmann::json how = made_with(session.job());
+  add_job(map, session.job());
   const WrittenSurface written = (streams(arguments) ? stream : collect)(
       arguments, device, map, options, file_options(arguments, map, one_line(how)),
       session.monitor());

@@ -29,6 +29,9 @@ struct OptionUsage {
   bool is_positional = false;
   bool is_required = false;
   bool is_repeated = false;
+  bool takes_numbers = false;  ///< and nothing else
+  bool is_in_job = true;       ///< it says what is made, not how the command runs
+  bool is_output = false;      ///< it names the file that is made
   Completion completion;
 };
 
