@@ -196,6 +196,7 @@ UNSEEN = {
     "--device": "the same in all runs, which are of CPUs",
     "--layout": "a CPU's own layout, in which all its kernels are built already",
     "--trust-device": "only GPUs are tested before their first use",
+    "compare --detail": "on a grid this coarse its figures stay the same",
     "surface --dense": "by its help the mesh stays the same",
     "surface --largest-component": "these sets have one component",
     "surface --min-component": "these sets have one component",
