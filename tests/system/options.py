@@ -109,14 +109,12 @@ def picture_data(data):
     return kept
 
 
-# Where formats have a note, the length of its text included.
+# Lines in which formats have a note.
 NOTES = {
     ".ply": rb"(?m)^comment .*\n",
     ".obj": rb"(?m)^#.*\n",
     ".usda": rb"(?m)^ *doc = .*\n",
     ".vti": rb"(?m)^<!--.*\n",
-    ".vdb": rb"(?s)....\{\"job\":.*?\"version\":\"[^\"]*\"\}\}",
-    ".html": rb"(?s)\"jobs\": ?\[.*?\"version\": ?\"[^\"]*\"\s*\}\s*\]",
 }
 
 

@@ -6,7 +6,7 @@
 
 #include "process.hpp"
 #include "qjulia/map_file.hpp"
-#include "random_maps.hpp"
+#include "shaped_map.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;
@@ -22,13 +22,7 @@ struct Workshop {
   TemporaryFolder folder;
   std::string map = folder / "small.qjulia.json";
 
-  Workshop() {
-    qjulia::Map made = random_map(12, 0.001, 0.6, 5);
-    made.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
-    made.frame.inradius = 0.5;
-    made.frame.detail = 0.02;
-    qjulia::write_map(made, map);
-  }
+  Workshop() { qjulia::write_map(shaped_map(), map); }
   std::string operator/(const std::string& name) const { return folder / name; }
   ProcessResult run(Words words) const {
     words.insert(words.end(), {"--device", "cpu"});
@@ -84,6 +78,21 @@ TEST_CASE("pictures, meshes, maps, fields and pages are made again, byte for byt
   CHECK(jobs[1]["options"] == json({{"in", "painted.qjulia.json"}, {"drift", 0.1}}));
 }
 
+TEST_CASE("a job is read whatever stands after it, and whatever its files are called") {
+  const Workshop shop;
+  const std::string odd = shop / "a--b \"c\\d\" é.qjulia.json";
+  std::filesystem::copy_file(shop.map, odd);
+  for (const char* name : {"f.vti", "m.usda", "m.ply", "m.3mf"}) {
+    const bool is_field = std::string(name) == "f.vti";
+    shop.run({is_field ? "sample" : "surface", odd, "-o", shop / name, "--resolution", "12"});
+    shop.check_made_again(name);
+  }
+  // Bytes of vertices may look like brackets.
+  shop.folder.file("brackets.ply", read_text(shop / "m.ply") + std::string(1000, '{'));
+  CHECK(json::parse(shop.run({"run", shop / "brackets.ply", "--print"}).out)["command"] ==
+        "surface");
+}
+
 TEST_CASE("a fit is made again, but for its times; each picture of a sweep is its own job") {
   const Workshop shop;
   const std::string mesh = shop / "mesh.ply";
@@ -126,6 +135,13 @@ TEST_CASE("a job may be changed, printed and written by hand") {
     return bytes.substr(bytes.find("IDAT"));
   };
   CHECK(pixels("b.png") == pixels("c.png"));
+
+  // A file that a user names may lie anywhere.
+  std::filesystem::create_directory(shop / "other");
+  std::filesystem::copy_file(shop.map, shop / "other/own.qjulia.json");
+  shop.run(
+      {"run", shop / "a.png", "map=" + (shop / "other/own.qjulia.json"), "-o", shop / "f.png"});
+  CHECK(pixels("a.png") == pixels("f.png"));
 
   const json job = json::parse(shop.run({"run", shop / "a.png", "--print"}).out);
   CHECK(job["command"] == "render");
@@ -206,6 +222,12 @@ TEST_CASE("a job that cannot run says which of its members is wrong") {
   const ProcessResult outside = run_command({"run", shop / "report.json", "-o", shop / "b.png"});
   CHECK(outside.exit_code == 2);
   CHECK_THAT(outside.err, ContainsSubstring("names alone"));
+  const json sly{{"command", "shape"}, {"options", {{"mesh", "m.obj"}, {"versor", "/etc/passwd"}}}};
+  shop.folder.file("m.obj", "");
+  shop.folder.file("sly.json", json{{"made_with", {{"job", sly}}}}.dump());
+  const ProcessResult named = run_command({"run", shop / "sly.json", "-o", shop / "b.json"});
+  CHECK(named.exit_code == 2);
+  CHECK_THAT(named.err, ContainsSubstring("names alone"));
   // Nothing is replaced that nobody named.
   const ProcessResult unnamed = run_command({"run", shop / "mesh.stl"});
   CHECK(unnamed.exit_code == 2);

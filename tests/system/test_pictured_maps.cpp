@@ -1,16 +1,14 @@
 /// Pictures and scenes that hold the map which they show.
 
-#include <algorithm>
 #include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "png_file.hpp"
 #include "process.hpp"
 #include "qjulia/map_file.hpp"
-#include "random_maps.hpp"
+#include "shaped_map.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;
@@ -23,13 +21,7 @@ struct Armed {
   TemporaryFolder folder;
   std::string file = folder / "armed ball.qjulia.json";
 
-  Armed() {
-    qjulia::Map map = random_map(12, 0.001, 0.6, 5);
-    map.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
-    map.frame.inradius = 0.5;
-    map.frame.detail = 0.02;
-    qjulia::write_map(map, file);
-  }
+  Armed() { qjulia::write_map(shaped_map(), file); }
   ProcessResult run(std::vector<std::string> words) const {
     auto result = run_command(std::move(words));
     INFO(result.err);

@@ -72,7 +72,7 @@ class FitWorker {
   batch::EntryResult operator()(const batch::BatchEntry& entry, const std::filesystem::path& folder,
                                 const ProgressMonitor& monitor) const {
     const FitOptions options = fit_options(entry.options);
-    FitOrigin origin = origin_of(entry.mesh, options, fit_job(entry.mesh, options));
+    FitOrigin origin = origin_of(options, fit_job(entry.mesh, options));
     origin.options = without_schedule_folder(std::move(origin.options));
     const auto [mesh, mesh_report] = read_and_inspect_mesh(entry.mesh, monitor.stop);
     device_.reset_kernel_times();

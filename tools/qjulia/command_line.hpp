@@ -69,7 +69,7 @@ class Option {
 
   /// It says how a command runs, not what it makes: it is no part of a job.
   Option not_in_job() const;
-  /// It names the file that the command makes, where no option of `Command::output` does.
+  /// It names the file that the command makes.
   Option names_output() const;
 
   /// What shells offer for its value: these words, files that end so (or any file), folders.

@@ -48,7 +48,7 @@ explore::FitTask fit_task(const ExploreArguments& arguments, const Device& devic
                           Session& session) {
   const FitOptions& options = arguments.fit;
   options.validate();
-  const FitOrigin origin = origin_of(arguments.input, options, fit_job(arguments.input, options));
+  const FitOrigin origin = origin_of(options, fit_job(arguments.input, options));
   explore::FitTask task{session.read_mesh(arguments.input), options};
   task.on_progress = session.monitor().on_progress;
   task.on_end = [&arguments, &session, device, origin](FitResult& result) {

@@ -157,7 +157,7 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
   const TrustedDevice device = own_device(ranks, arguments.device);
   if (ranks.rank() == 0) {
     check_files(arguments, options, session);
-    start.origin = origin_of(arguments.mesh, options, session.job());
+    start.origin = origin_of(options, session.job());
     start.is_done = arguments.resume && is_done(arguments, start.origin);
     if (start.is_done) return start;
     // With --resume the name may be that of an earlier run's map, whose checkpoint lies beside it.

@@ -4,8 +4,6 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <stop_token>
 #include <string>
 #include <vector>
 

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <string_view>
 
@@ -109,16 +108,31 @@ std::string unwrapped(std::string text, const std::string& extension) {
   return text;
 }
 
+/// The JSON object that the text begins with; empty where it does not end. What follows may be of
+/// any kind.
+std::string_view first_object(std::string_view text) {
+  bool is_quoted = false;
+  int depth = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (is_quoted && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      is_quoted = !is_quoted;
+    } else if (!is_quoted && c == '{') {
+      ++depth;
+    } else if (!is_quoted && c == '}' && --depth == 0) {
+      return text.substr(0, i + 1);
+    }
+  }
+  return {};
+}
+
 /// A note that stands somewhere in the text.
-nlohmann::json text_note(const std::string& text) {
+nlohmann::json text_note(std::string_view text) {
   const std::size_t begin = text.find("{\"job\":");
-  constexpr std::size_t kLongest = std::size_t{64} << 10;
-  if (begin == std::string::npos) return {};
-  if (base::is_json_too_deep(std::string_view(text).substr(begin, kLongest))) return {};
-  std::istringstream stream(text.substr(begin, kLongest));
-  nlohmann::json note;
-  stream >> note;
-  return {{"made_with", note}};
+  if (begin == std::string_view::npos) return {};
+  return {{"made_with", parsed(first_object(text.substr(begin)))}};
 }
 
 }  // namespace
@@ -148,10 +162,8 @@ nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_
     // Another program's.
   }
   if (!json.contains("made_with") || json["made_with"].is_null()) {
-    throw InputError(fmt::format(
-        "'{}' does not say how it was made; 'info' reads maps, meshes ({}), and the pictures "
-        "that this program writes",
-        base::to_utf8(path.string()), extension_list(FileContent::mesh, FileUse::read)));
+    throw InputError(
+        fmt::format("'{}' does not say how it was made", base::to_utf8(path.string())));
   }
   return json;
 }

@@ -75,20 +75,6 @@ nlohmann::json device_json(const DeviceInfo& device) {
       {"name", device.name}, {"platform", device.platform_name}, {"driver", device.driver_version}};
 }
 
-nlohmann::json file_json(const std::filesystem::path& path) {
-  nlohmann::json json = {{"name", name_of(path)}, {"fnv1a64", nullptr}};
-  // What came through a pipe is gone; who reads the file says what is wrong with it.
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::none) {
-    throw InputError(
-        fmt::format("cannot read '{}': {}; check the disk, and its folder's permissions",
-                    base::to_utf8(path.string()), error.message()));
-  }
-  if (std::filesystem::is_regular_file(status)) json["fnv1a64"] = file_hash(path);
-  return json;
-}
-
 std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen) {
   return fmt::format("up: {}{}", to_string(up),
                      chosen ? "" : ", a guess from the mesh; --up sets it");
@@ -116,7 +102,12 @@ std::string program_name() { return std::string("qjulia ") + version(); }
 nlohmann::json made_with(const Job& job) { return {{"job", to_json(job)}}; }
 
 std::string one_line(const nlohmann::json& json) {
-  return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  std::string text = json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  // Comments of XML may not hold two hyphens in a row. Those of JSON stand in texts alone.
+  for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos;) {
+    text.replace(at + 1, 1, "\\u002d");
+  }
+  return text;
 }
 
 void write_picture(const Image& image, const std::filesystem::path& path, const nlohmann::json& how,
@@ -186,8 +177,11 @@ Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options) {
   return job;
 }
 
-FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options, Job job) {
-  return {std::move(job), file_json(mesh_path), to_json(options), options.precision};
+FitOrigin origin_of(const FitOptions& options, Job job) {
+  const std::string& hash = job.inputs["mesh"].hash;
+  const nlohmann::json mesh = {{"name", job.options.at("mesh")},
+                               {"fnv1a64", hash.empty() ? nlohmann::json() : nlohmann::json(hash)}};
+  return {std::move(job), mesh, to_json(options), options.precision};
 }
 
 nlohmann::json provenance(const FitOrigin& origin, const Device& device, const FitResult& result) {

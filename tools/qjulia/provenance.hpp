@@ -10,9 +10,6 @@
 
 namespace qjulia::tools {
 
-/// A file by its name and the hash of its bytes. @throws InputError when it cannot be read.
-nlohmann::json file_json(const std::filesystem::path& path);
-
 /// Every option of a fit by its name; null, or the word "auto", where it is not given.
 nlohmann::json to_json(const FitOptions& options);
 
@@ -26,8 +23,9 @@ struct FitOrigin {
 /// The job of `fit` that has these options. @throws InputError when the mesh cannot be read.
 Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options);
 
-/// @throws InputError when the mesh or the schedule cannot be read.
-FitOrigin origin_of(const std::filesystem::path& mesh_path, const FitOptions& options, Job job);
+/// @param job of the fit, with the hashes of its inputs. @throws InputError when the schedule
+/// cannot be read.
+FitOrigin origin_of(const FitOptions& options, Job job);
 
 /// The job, program, mesh (name and hash), options, device, stages, figures and times. Times differ
 /// from run to run; nothing else does.
@@ -45,7 +43,7 @@ nlohmann::json device_json(const DeviceInfo& device);
 /// What a file says of how it was made: the job.
 nlohmann::json made_with(const Job& job);
 
-/// On one line in ASCII, for the text of files. File names may hold any bytes.
+/// On one line in ASCII, for the text of files, comments of XML too. File names may hold any bytes.
 std::string one_line(const nlohmann::json& json);
 
 /// A .png whose text chunks say which program made it, and `how`. @param map what it holds of a

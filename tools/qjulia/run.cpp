@@ -1,9 +1,7 @@
 /// qjulia run: what a command made, or a job, in; the same made again out.
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -100,6 +98,7 @@ void change(Job& job, const RunArguments& arguments, const CommandUsage& usage) 
     const std::string name = job_name(given);
     const OptionUsage& option = option_named(usage, name);
     job.inputs.erase(name);
+    if (option.completion.takes_files && !text.empty()) job.inputs[name].path = text;
     if (text.empty()) {
       job.options.erase(name);
     } else if (option.values.empty() && !option.is_positional) {
@@ -125,11 +124,12 @@ class InputFinder {
   }
 
   /// Where the file lies that an option names. None where the option's value is no file's name.
-  /// @throws InputError where it was a file that is not found, or has changed
+  /// @throws InputError where it was a file that is not found or has changed
   std::optional<std::filesystem::path> find(const OptionUsage& option, Job::Input& input) const {
     const std::string name = found_.job.options.at(job_name(option.name)).get<std::string>();
     const bool is_file = option.is_positional || !input.hash.empty();
-    if (!found_.is_written_by_hand && is_file && name != name_of(name)) {
+    if (!input.path.empty()) return input.path;  // given on the command line
+    if (!found_.is_written_by_hand && name != name_of(name)) {
       throw InputError(
           fmt::format("the job in '{}' reads '{}'; such a job calls files by their "
                       "names alone",
