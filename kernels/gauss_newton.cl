@@ -19,13 +19,17 @@ static inline real curvature_at(global const real* samples, int stride, int i, i
 }
 
 // Writes sqrt(W) J of every `step`-th sample, from the first-th such one, into panels of `chunk`
-// samples. Samples past the end count as weight 0. Work-item (v, b): factors v QJ_WIDTH …, samples
-// b block … of the chunk. field: F_n at the samples.
+// samples. Samples past the end count as weight 0. The factors come in blocks of `count`, each a
+// map of its own, and the panels of each block have its log scale, too. Work-item (v, b, m):
+// factors v QJ_WIDTH … of block m, samples b block … of the chunk. field: F_n of all factors.
 kernel void jacobian_panels(qj_panel_arguments with, global const real* samples,
-                            global const real* map, global const real* field, global real* panels) {
+                            global const real* maps, global const real* field,
+                            global real* panels) {
   int v = (int)get_global_id(0);
   int begin = (int)get_global_id(1) * with.block;
   int stride = with.stride, chunk = with.chunk;
+  global const real* map = maps + get_global_id(2) * QJ_MAP_SIZE(with.count);
+  panels += get_global_id(2) * QJ_PANEL_ORDER(with.count) * chunk;
   int map_stride = QJ_MAP_STRIDE(with.count);
   if (v * QJ_WIDTH >= map_stride) return;
   lane a = lane_load(MAP_EXPONENTS(map, map_stride), v);
@@ -132,15 +136,52 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
   if (v == 0) row[QJ_GRADIENT_LOG_SCALE(factors)] = scale_sum;
 }
 
-// H = keep H + sign P^T P over the panels' `chunk` samples, upper triangle by register tiles.
-// `keep` is 0 or 1 and `sign` 1 or -1; with `keep` 0, H need not hold numbers. Work-item (r, c):
-// PANEL_ROWS rows and PANEL_VECTORS QJ_WIDTH columns of H, an `order` x `order` matrix by rows,
-// both counted from `begin`.
-kernel void panel_products(global const real* panels, int chunk, int order, int begin, int keep,
-                           int sign, global real* matrix) {
-  int row = begin + (int)get_global_id(0) * PANEL_ROWS;
-  int column = begin + (int)get_global_id(1) * PANEL_VECTORS * QJ_WIDTH;
+// The coarse space's columns of J from the panels of all blocks, which hold `count` factors each at
+// most: the log scale, then a block's columns of one component added up. Work-item (m, b): block m,
+// samples b block … of the chunk. is_member: for each block, 1 for its factors and 0 for padding.
+kernel void coarse_panels(int blocks, int count, int chunk, int block, global const real* is_member,
+                          global const real* panels, global real* coarse) {
+  int m = (int)get_global_id(0);
+  if (m >= blocks) return;
+  int begin = (int)get_global_id(1) * block, end = min(begin + block, chunk);
+  int component_tiles = QJ_MAP_STRIDE(count) / QJ_PANEL_TILE;
+  size_t panel = (size_t)chunk * QJ_PANEL_TILE;
+  is_member += m * QJ_MAP_STRIDE(count);
+  panels += m * QJ_PANEL_ORDER(count) * (size_t)chunk;
+  for (int c = 0; c < QJ_MAP_COMPONENTS; ++c) {
+    int column = 1 + m * QJ_MAP_COMPONENTS + c;
+    global real* out = coarse + column / QJ_PANEL_TILE * panel + column % QJ_PANEL_TILE;
+    for (int s = begin; s < end; ++s) {
+      global const real* at = panels + c * component_tiles * panel + s * QJ_PANEL_TILE;
+      lane sum = lane_of(0);
+      for (int i = 0; i < QJ_MAP_STRIDE(count); i += QJ_WIDTH) {
+        lane entries = lane_load(at + i / QJ_PANEL_TILE * panel + i % QJ_PANEL_TILE, 0);
+        sum = fma(lane_load(is_member + i, 0), entries, sum);
+      }
+      out[s * QJ_PANEL_TILE] = lane_sum(sum);
+    }
+  }
+  if (m > 0) return;
+  for (int s = begin; s < end; ++s) {
+    global real* row = coarse + s * QJ_PANEL_TILE;
+    row[0] = panels[QJ_MAP_COMPONENTS * component_tiles * panel + s * QJ_PANEL_TILE];
+    for (int j = 1 + blocks * QJ_MAP_COMPONENTS; j < QJ_COARSE_ORDER(blocks); ++j) {
+      row[j / QJ_PANEL_TILE * panel + j % QJ_PANEL_TILE] = 0;
+    }
+  }
+}
+
+// H = keep H + P^T P over the panels' `chunk` samples, upper triangle by register tiles, for each
+// of a row of matrices H, `order` x `order` by rows, and panels P. `keep` is 0 or 1; with 0, H need
+// not hold numbers. Work-item (r, c, m): PANEL_ROWS rows and PANEL_VECTORS QJ_WIDTH columns of the
+// m-th.
+kernel void panel_products(global const real* panels, int chunk, int order, int keep,
+                           global real* matrices) {
+  int row = (int)get_global_id(0) * PANEL_ROWS;
+  int column = (int)get_global_id(1) * PANEL_VECTORS * QJ_WIDTH;
   if (row >= order || column >= order || row >= column + PANEL_VECTORS * QJ_WIDTH) return;
+  panels += get_global_id(2) * order * chunk;
+  global real* matrix = matrices + get_global_id(2) * order * order;
   size_t panel = (size_t)chunk * QJ_PANEL_TILE;
   global const real* p = panels + row / QJ_PANEL_TILE * panel + row % QJ_PANEL_TILE;
   int second = column + QJ_WIDTH;
@@ -167,18 +208,9 @@ kernel void panel_products(global const real* panels, int chunk, int order, int 
       h0 = lane_load(out, 0);
       h1 = lane_load(out + QJ_WIDTH, 0);
     }
-    lane_store(h0 + (real)sign * sum[r][0], out, 0);
-    lane_store(h1 + (real)sign * sum[r][1], out + QJ_WIDTH, 0);
+    lane_store(h0 + sum[r][0], out, 0);
+    lane_store(h1 + sum[r][1], out + QJ_WIDTH, 0);
   }
-}
-
-// Scales the upper triangle: H_ij becomes scale_i scale_j H_ij. Work-item (v, i): columns v
-// QJ_WIDTH … of row i.
-kernel void scaled_rows(int order, global const real* scale, global real* matrix) {
-  int v = (int)get_global_id(0), i = (int)get_global_id(1);
-  if ((v + 1) * QJ_WIDTH <= i || v * QJ_WIDTH >= order) return;
-  global real* row = matrix + (size_t)i * order;
-  lane_store(lane_load(row, v) * (lane_load(scale, v) * scale[i]), row, v);
 }
 
 // As panel_products where work-items share tiles of the panels in local memory: a group of
@@ -201,13 +233,15 @@ static inline void load_panel_tile(global const real* panels, int chunk, int ord
   }
 }
 
-kernel void panel_products_shared(global const real* panels, int chunk, int order, int begin,
-                                  int keep, int sign, global real* matrix) {
+kernel void panel_products_shared(global const real* panels, int chunk, int order, int keep,
+                                  global real* matrices) {
   local real rows[PRODUCT_DEPTH * PRODUCT_TILE], columns[PRODUCT_DEPTH * PRODUCT_TILE];
   int x = (int)get_local_id(0), y = (int)get_local_id(1);
-  int first_column = begin + (int)get_group_id(0) * PRODUCT_TILE;
-  int first_row = begin + (int)get_group_id(1) * PRODUCT_TILE;
+  int first_column = (int)get_group_id(0) * PRODUCT_TILE;
+  int first_row = (int)get_group_id(1) * PRODUCT_TILE;
   if (first_row > first_column) return;
+  panels += get_global_id(2) * order * chunk;
+  global real* matrix = matrices + get_global_id(2) * order * order;
   real sum[PRODUCT_EACH][PRODUCT_EACH];
 #pragma unroll
   for (int i = 0; i < PRODUCT_EACH; ++i) {
@@ -238,7 +272,7 @@ kernel void panel_products_shared(global const real* panels, int chunk, int orde
       int column = first_column + j * PRODUCT_SIDE + x;
       if (row < order && column < order) {
         global real* out = matrix + (size_t)row * order + column;
-        *out = (keep ? *out : 0) + (real)sign * sum[i][j];
+        *out = (keep ? *out : 0) + sum[i][j];
       }
     }
   }

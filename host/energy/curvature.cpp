@@ -1,18 +1,33 @@
 #include "energy/curvature.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace qjulia::energy {
 
 using Eigen::Index;
+using Eigen::VectorXd;
 
-Eigen::VectorXd unit_scale(const Eigen::VectorXd& diagonal, double damping) {
+VectorXd unit_scale(const VectorXd& diagonal, double damping) {
   const double floor = 1e-9 * diagonal.mean() + 1e-300;
   return (diagonal.array() * (1 + damping) + floor).sqrt().inverse();
 }
 
+VectorXd CurvatureFactor::move(const VectorXd& u) const {
+  const Eigen::VectorXf solved =
+      lower.transpose().triangularView<Eigen::Upper>().solve(u.cast<float>());
+  return solved.cast<double>().cwiseProduct(scale);
+}
+
+VectorXd CurvatureFactor::gradient(const VectorXd& g) const {
+  const VectorXd scaled = g.cwiseProduct(scale);
+  return lower.triangularView<Eigen::Lower>().solve(scaled.cast<float>()).cast<double>();
+}
+
 CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping) {
-  const Eigen::VectorXd scale = unit_scale(h.diagonal(), damping);
+  const VectorXd scale = unit_scale(h.diagonal(), damping);
   const Index n = h.rows();
   Eigen::MatrixXd matrix(n, n);
   with_enough_damping(damping, [&](double more) {
@@ -27,18 +42,56 @@ CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping) {
   return {scale, matrix.cast<float>()};
 }
 
-Eigen::VectorXd CurvatureSum::faded(std::size_t factors, const std::vector<std::size_t>& moved) {
-  const auto k = static_cast<Index>(factors);
+void CurvatureSum::add(BlockCurvature next, const std::vector<std::size_t>& moved) {
+  std::size_t factors = 0;
+  for (const auto& block : next.blocks) factors += block.size();
   const bool is_first = weight.size() == 0;
-  if (is_first) weight = Eigen::VectorXd::Zero(1 + 5 * k);
-  Eigen::VectorXd kept = Eigen::VectorXd::Constant(1 + 5 * k, kKept);
-  for (const std::size_t i : moved) {
-    for (Index component = 0; component < 5; ++component) {
-      kept[1 + component * k + static_cast<Index>(i)] = 0;
+  weight.conservativeResizeLike(VectorXd::Zero(static_cast<Index>(factors)));
+  VectorXd kept = VectorXd::Constant(weight.size(), is_first ? 0 : kKept);
+  for (const std::size_t k : moved) kept[static_cast<Index>(k)] = 0;
+  // Where each factor was: its block, and its place in it.
+  std::vector<std::pair<std::size_t, Index>> before(factors);
+  for (std::size_t b = 0; b < sum.blocks.size(); ++b) {
+    for (Index i = 0; const std::size_t k : sum.blocks[b]) before[k] = {b, i++};
+  }
+  for (std::size_t b = 0; b < next.blocks.size(); ++b) {
+    const auto& block = next.blocks[b];
+    const auto members = static_cast<Index>(block.size());
+    for (Index j = 0; j < members; ++j) {
+      const std::size_t second = block[static_cast<std::size_t>(j)];
+      for (Index i = 0; i < members; ++i) {
+        const std::size_t first = block[static_cast<std::size_t>(i)];
+        const double share =
+            std::min(kept[static_cast<Index>(first)], kept[static_cast<Index>(second)]);
+        if (share == 0 || before[first].first != before[second].first) continue;
+        const Eigen::MatrixXd& own = sum.own[before[first].first];
+        const Index row = before[first].second, column = before[second].second;
+        const Index stride = own.rows() / 5;
+        for (Index d = 0; d < 5; ++d) {
+          for (Index c = 0; c < 5; ++c) {
+            next.own[b](c * members + i, d * members + j) +=
+                share * own(c * stride + row, d * stride + column);
+          }
+        }
+      }
     }
   }
+  sum = std::move(next);
   weight = weight.cwiseProduct(kept).array() + 1;
-  return is_first ? Eigen::VectorXd() : Eigen::VectorXd(kept.cwiseSqrt());
+}
+
+BlockCurvature CurvatureSum::mean() const {
+  BlockCurvature result = sum;
+  for (std::size_t b = 0; b < result.blocks.size(); ++b) {
+    const auto& block = result.blocks[b];
+    VectorXd scale(result.own[b].rows());
+    for (Index i = 0; i < scale.size(); ++i) {
+      const std::size_t k = block[static_cast<std::size_t>(i) % block.size()];
+      scale[i] = 1 / std::sqrt(weight[static_cast<Index>(k)]);
+    }
+    result.own[b] = scale.asDiagonal() * sum.own[b] * scale.asDiagonal();
+  }
+  return result;
 }
 
 }  // namespace qjulia::energy

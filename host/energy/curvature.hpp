@@ -1,11 +1,11 @@
 #pragma once
-/// Gauss-Newton matrices, added up and factorised by Cholesky's method in double precision.
+/// Gauss-Newton matrices, whole and by blocks of factors, and Cholesky's method on them.
 
 #include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
-#include "device/context.hpp"
+#include "energy/neighbour_blocks.hpp"
 
 namespace qjulia::energy {
 
@@ -13,8 +13,12 @@ namespace qjulia::energy {
 /// diagonal one.
 struct CurvatureFactor {
   Eigen::VectorXd scale;  ///< n
-  /// L's lower triangle is that of the first n rows and columns; nothing is said of the rest.
-  Eigen::MatrixXf lower;
+  Eigen::MatrixXf lower;  ///< L, n × n, in its lower triangle
+
+  /// S L⁻ᵀ u, solved in single precision.
+  Eigen::VectorXd move(const Eigen::VectorXd& u) const;
+  /// L⁻¹ S g, solved in single precision.
+  Eigen::VectorXd gradient(const Eigen::VectorXd& g) const;
 };
 
 /// S's diagonal, from that of H. A variable without effect on any sample (a centre of exponent 0,
@@ -34,23 +38,31 @@ void with_enough_damping(double damping, const Attempt& attempt) {
 /// Factorises H + λ diag H on the host, with more damping where it is needed.
 CurvatureFactor factorised(const Eigen::MatrixXd& h, double damping);
 
-/// Σ γ^age H over the Gauss-Newton matrices of the stages so far, so that steps rest on more
-/// samples than one stage draws. A factor that is moved elsewhere starts its rows and columns anew.
-/// If an evaluator keeps the matrix elsewhere, only the weights are here.
+/// H as far as blocks of neighbours and the coarse space over them hold it. The coarse space moves
+/// all factors of a block alike: it has the log scale, then of each block one variable for its
+/// exponents and one for each of its centres' coordinates.
+struct BlockCurvature {
+  NeighbourBlocks blocks;  ///< B of them
+  /// Of each block of m factors, H by their exponents, X, Y, Z and W: 5m × 5m.
+  std::vector<Eigen::MatrixXd> own;
+  Eigen::MatrixXd coarse;  ///< ZᵀHZ, of order 1 + 5B, where Z y is the move of coarse variables y
+};
+
+/// Σ γ^age H over the blocks of the stages so far, so that steps rest on more samples than one
+/// stage draws. The blocks are the last stage's, and two factors that were not together in one
+/// before start anew with each other, as a factor that was moved elsewhere does with all. What is
+/// left out is whole blocks of each matrix, so the sum stays positive semidefinite.
 struct CurvatureSum {
   /// γ: a matrix's weight relative to that of the next stage's.
   static constexpr double kKept = 0.85;
 
-  Eigen::VectorXd weight;      ///< n: Σ γ^age over the matrices in each unknown's sum
-  Eigen::MatrixXd matrix;      ///< n × n, where it is kept on the host
-  device::RealBuffer rows;     ///< where it is kept on a device: its upper triangle, by rows,
-  double samples_of_each = 1;  ///< divided by this
+  BlockCurvature sum;      ///< its coarse matrix is the last stage's, which has few unknowns
+  Eigen::VectorXd weight;  ///< K: Σ γ^age over the matrices in each factor's sum
 
-  /// Makes room for the next matrix.
-  /// @param moved the numbers of the factors that were moved elsewhere since the last one.
-  /// @return n factors d by which the sum so far must be scaled, d_i d_j H_ij; empty when there is
-  /// no sum yet.
-  Eigen::VectorXd faded(std::size_t factors, const std::vector<std::size_t>& moved);
+  /// @param moved the numbers of the factors that were moved elsewhere since the last matrix.
+  void add(BlockCurvature next, const std::vector<std::size_t>& moved);
+  /// Row and column i of the sum divided by the root of its factor's weight.
+  BlockCurvature mean() const;
 };
 
 }  // namespace qjulia::energy

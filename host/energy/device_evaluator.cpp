@@ -5,7 +5,6 @@
 
 #include "device/context.hpp"
 #include "energy/curvature.hpp"
-#include "energy/device_factor.hpp"
 #include "energy/evaluator.hpp"
 #include "energy/panel_products.hpp"
 #include "layout/gradient_layout.h"
@@ -122,50 +121,69 @@ class DeviceEvaluator final : public Evaluator {
     return static_cast<double>(step) * to_symmetric(rows, order, places_of(factors_));
   }
 
-  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                     CurvatureSum& sum) override {
-    if (precision_ != Precision::single) {
-      Evaluator::add_curvature(map, moved, sum);
-      return;
-    }
+  BlockCurvature gauss_newton_blocks(const Map& map, const NeighbourBlocks& blocks) override {
     run_energy(map);
     Context& context = device_.context();
-    const std::size_t order = QJ_PANEL_ORDER(factors_);
-    const Eigen::VectorXd kept = sum.faded(map.dynamics.factors.size(), moved);
-    const bool is_first = kept.size() == 0;
-    const std::size_t step = step_of(curvature_samples(order) / (is_first ? 1 : 2));
-    auto update = PanelProducts::Update::add;
-    if (is_first) {
-      sum.rows = context.allocate_real(order * order, precision_);
-      update = PanelProducts::Update::set;
-    } else {
-      const auto place = places_of(factors_);
-      std::vector<double> scale(order, 0.0);
-      for (std::size_t i = 0; i < place.size(); ++i) {
-        scale[static_cast<std::size_t>(place[i])] =
-            kept[static_cast<Eigen::Index>(i)] *
-            std::sqrt(sum.samples_of_each / static_cast<double>(step));
+    const std::size_t count = blocks.size();
+    std::size_t most = 0;
+    for (const auto& block : blocks) most = std::max(most, block.size());
+    // Blocks are padded with factors of exponent 0, at the origin.
+    const std::size_t size = QJ_MAP_SIZE(most), padded = QJ_MAP_STRIDE(most);
+    std::vector<double> maps(count * size, 0.0), is_member(count * padded, 0.0);
+    for (std::size_t b = 0; b < count; ++b) {
+      double* const arrays = &maps[b * size + QJ_MAP_HEADER];
+      for (std::size_t i = 0; i < blocks[b].size(); ++i) {
+        const auto& [center, exponent] = map.dynamics.factors[blocks[b][i]];
+        const auto at = coordinates(center);
+        arrays[QJ_MAP_EXPONENT * padded + i] = exponent;
+        for (std::size_t c = 0; c < 4; ++c) arrays[(QJ_MAP_CENTER_X + c) * padded + i] = at[c];
+        is_member[b * padded + i] = 1;
       }
-      context.launch(kernel("gauss_newton.cl", "scaled_rows"),
-                     {{order / division_.width, order, 1}},
-                     {narrow(order), context.upload_real(scale, precision_), sum.rows});
     }
-    sum.samples_of_each = static_cast<double>(step);
-    add_jacobian_products(map, step, update, sum.rows);
-  }
-
-  std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping) override {
-    if (precision_ != Precision::single) return Evaluator::preconditioner(sum, damping);
-    const auto n = static_cast<std::size_t>(sum.weight.size());
-    const auto place = places_of((n - 1) / QJ_MAP_COMPONENTS);
-    const std::size_t order = QJ_PANEL_ORDER((n - 1) / QJ_MAP_COMPONENTS);
-    const Eigen::VectorXd squared = sum.samples_of_each * sum.weight.cwiseInverse();
-    if (auto made = make_preconditioner(device_, {sum.rows, order, place, squared}, damping)) {
-      return made;
+    const RealBuffer sent = context.upload_real(maps, precision_);
+    const RealBuffer members = context.upload_real(is_member, precision_);
+    const std::size_t order = QJ_PANEL_ORDER(most), coarse_order = QJ_COARSE_ORDER(count);
+    const RealBuffer own = context.allocate_real(count * order * order, precision_);
+    const RealBuffer coarse = context.allocate_real(coarse_order * coarse_order, precision_);
+    allocate_panels(count * order);
+    const RealBuffer coarse_panels =
+        context.allocate_real(division_.panel_samples * coarse_order, precision_);
+    const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
+    const auto gather = kernel("gauss_newton.cl", "coarse_panels");
+    const std::size_t samples = division_.panel_samples;
+    const std::size_t items = samples / division_.panel_block;
+    const std::size_t step =
+        step_of(curvature_samples(1 + QJ_MAP_COMPONENTS * map.dynamics.factors.size()));
+    const std::size_t taken = divide_up(division_.stride, step);
+    for (std::size_t first = 0; first < taken; first += samples) {
+      context.launch(jacobian, {{padded / division_.width, items, count}},
+                     {panel_arguments(map.dynamics.slice, most, step, first), samples_, sent,
+                      field_, panels_});
+      context.launch(gather, {{count, items, 1}},
+                     {narrow(count), narrow(most), narrow(samples), narrow(division_.panel_block),
+                      members, panels_, coarse_panels});
+      const auto update = first == 0 ? PanelProducts::Update::set : PanelProducts::Update::add;
+      products_(panels_, samples, order, count, update, own);
+      products_(coarse_panels, samples, coarse_order, 1, update, coarse);
     }
-    const Eigen::VectorXd scale = squared.cwiseSqrt();
-    return preconditioner_of(factorised(
-        scale.asDiagonal() * to_symmetric(sum.rows, order, place) * scale.asDiagonal(), damping));
+    BlockCurvature result;
+    result.blocks = blocks;
+    std::vector<double> rows(count * order * order);
+    context.read(own, rows);
+    for (std::size_t b = 0; b < count; ++b) {
+      std::vector<std::int32_t> place;
+      for (std::size_t c = 0; c < QJ_MAP_COMPONENTS; ++c) {
+        for (std::size_t i = 0; i < blocks[b].size(); ++i) place.push_back(narrow(c * padded + i));
+      }
+      result.own.push_back(static_cast<double>(step) *
+                           to_symmetric({&rows[b * order * order], order * order}, order, place));
+    }
+    std::vector<std::int32_t> all(1 + QJ_MAP_COMPONENTS * count);
+    std::iota(all.begin(), all.end(), 0);
+    rows.resize(coarse_order * coarse_order);
+    context.read(coarse, rows);
+    result.coarse = static_cast<double>(step) * to_symmetric(rows, coarse_order, all);
+    return result;
   }
 
   Eigen::MatrixXd pursuit_products(const Map& map,
@@ -281,17 +299,18 @@ class DeviceEvaluator final : public Evaluator {
   template <class Fill>
   void add_products(std::size_t order, std::size_t step, PanelProducts::Update update,
                     const RealBuffer& matrix, const Fill& fill) {
-    if (panels_.size() < division_.panel_samples * order) allocate_panels(order);
+    allocate_panels(order);
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
       fill(first);
-      products_(panels_, division_.panel_samples, order, 0,
+      products_(panels_, division_.panel_samples, order, 1,
                 first == 0 ? update : PanelProducts::Update::add, matrix);
     }
   }
 
   /// Panels of fewer samples where the device has no memory for as many as asked for.
   void allocate_panels(std::size_t order) {
+    if (panels_.size() >= division_.panel_samples * order) return;
     Context& context = device_.context();
     const std::size_t least = std::lcm(division_.panel_block, kLeastPanelSamples);
     for (;;) {
@@ -306,11 +325,16 @@ class DeviceEvaluator final : public Evaluator {
     }
   }
 
-  /// The entries at `place` of a matrix whose upper triangle is there, mirrored.
   Eigen::MatrixXd to_symmetric(const RealBuffer& matrix, std::size_t order,
                                const std::vector<std::int32_t>& place) const {
     std::vector<double> rows(order * order);
     device_.context().read(matrix, rows);
+    return to_symmetric(rows, order, place);
+  }
+
+  /// The entries at `place` of an order × order matrix whose upper triangle is there, mirrored.
+  static Eigen::MatrixXd to_symmetric(std::span<const double> rows, std::size_t order,
+                                      const std::vector<std::int32_t>& place) {
     const auto n = static_cast<Eigen::Index>(place.size());
     Eigen::MatrixXd h(n, n);
     for (Eigen::Index i = 0; i < n; ++i) {

@@ -51,6 +51,26 @@ class ReferenceEvaluator final : public Evaluator {
     return gauss_newton(map).diagonal();
   }
 
+  BlockCurvature gauss_newton_blocks(const Map& map, const NeighbourBlocks& blocks) override {
+    const Eigen::MatrixXd h = gauss_newton(map);
+    const std::size_t factors = map.dynamics.factors.size();
+    const auto count = static_cast<Eigen::Index>(blocks.size());
+    BlockCurvature result;
+    result.blocks = blocks;
+    Eigen::MatrixXd moves = Eigen::MatrixXd::Zero(h.rows(), 1 + 5 * count);
+    moves(0, 0) = 1;
+    for (Eigen::Index b = 0; b < count; ++b) {
+      const auto own = variables_of(blocks[static_cast<std::size_t>(b)], factors);
+      result.own.emplace_back(h(own, own));
+      const std::size_t members = own.size() / 5;
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        moves(own[i], 1 + 5 * b + static_cast<Eigen::Index>(i / members)) = 1;
+      }
+    }
+    result.coarse = moves.transpose() * h * moves;
+    return result;
+  }
+
   Eigen::MatrixXd pursuit_products(const Map& map,
                                    const std::vector<Quaternion>& centers) override {
     const std::vector<Quaternion> starts = points(map);
@@ -129,22 +149,6 @@ Map with_unknowns(Map map, std::span<const double> v) {
                                v[1 + i]};
   }
   return map;
-}
-
-void Evaluator::add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                              CurvatureSum& sum) {
-  const Eigen::VectorXd kept = sum.faded(map.dynamics.factors.size(), moved);
-  if (kept.size() == 0) {
-    sum.matrix = gauss_newton(map);
-  } else {
-    sum.matrix = kept.asDiagonal() * sum.matrix * kept.asDiagonal() + gauss_newton(map);
-  }
-}
-
-std::unique_ptr<Preconditioner> Evaluator::preconditioner(const CurvatureSum& sum, double damping) {
-  const Eigen::VectorXd scale = sum.weight.cwiseSqrt().cwiseInverse();
-  return preconditioner_of(
-      factorised(scale.asDiagonal() * sum.matrix * scale.asDiagonal(), damping));
 }
 
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples,

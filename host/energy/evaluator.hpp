@@ -60,13 +60,8 @@ class Evaluator {
   virtual Eigen::MatrixXd gauss_newton(const Map& map) = 0;
   /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
   virtual Eigen::VectorXd gauss_newton_diagonal(const Map& map) = 0;
-  /// Adds the matrix of `gauss_newton` to `sum`. All maps of a sum have the same number of factors,
-  /// and all its evaluators are of one kind.
-  /// @param moved the numbers of the factors that were moved elsewhere since the last one.
-  virtual void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                             CurvatureSum& sum);
-  /// The preconditioner of the sum's weighted mean. It may outlive the evaluator.
-  virtual std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping);
+  /// The same matrix as far as blocks of the map's factors and the coarse space over them hold it.
+  virtual BlockCurvature gauss_newton_blocks(const Map& map, const NeighbourBlocks& blocks) = 0;
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_n − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
   /// exponents. Weights and samples are those of `gauss_newton`.
@@ -82,16 +77,16 @@ class Evaluator {
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergySettings& options);
 
-/// The most samples that a device sums H of this order over. Where there are more, it takes an
-/// evenly spaced part of them; in single precision, a part of at most half as many where H is added
-/// to others. With fewer, steps follow the part rather than the whole (docs/lab/fitting.md).
+/// The most samples that a device sums H of this order over, or its blocks. Where there are more, it
+/// takes an evenly spaced part of them. With fewer, steps follow the part rather than the whole
+/// (docs/lab/fitting.md).
 constexpr std::size_t curvature_samples(std::size_t order) {
   constexpr std::size_t kLeast = 10'240;
   return std::max(kLeast, 2 * order);
 }
 
-/// With more factors, or where the device has no memory for H, its diagonal stands for it and no
-/// factors are relocated: both cost as much as the number's cube.
+/// With more factors none are relocated, which costs as much as the number's cube, and levels that
+/// move a part of the unknowns have H's diagonal in place of H.
 constexpr std::size_t kMostByMatrix = 2560;
 
 /// Kernels on a device.

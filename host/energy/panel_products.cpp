@@ -7,22 +7,21 @@ device::Kernel PanelProducts::kernel(const char* name) const {
 }
 
 void PanelProducts::operator()(const device::RealBuffer& panels, std::size_t samples,
-                               std::size_t order, std::size_t begin, Update update,
-                               const device::RealBuffer& matrix) {
+                               std::size_t order, std::size_t count, Update update,
+                               const device::RealBuffer& matrices) {
   const auto launch = [&](const device::Kernel& products, const device::Range& range) {
     context_.launch(products, range,
-                    {panels, device::narrow(samples), device::narrow(order), device::narrow(begin),
-                     update == Update::set ? 0 : 1, update == Update::subtract ? -1 : 1, matrix});
+                    {panels, device::narrow(samples), device::narrow(order),
+                     update == Update::set ? 0 : 1, matrices});
   };
-  const std::size_t left = order - begin;
   // Work-items share tiles as the settings say, unless the device takes no groups of as many.
   if (side_ > 1) {
     constexpr std::size_t kTile = 64;  // entries of the matrix along a group's side
-    const std::size_t items = (left + kTile - 1) / kTile * side_;
+    const std::size_t items = (order + kTile - 1) / kTile * side_;
     const auto products = kernel("panel_products_shared");
     try {
       if (context_.largest_group(products) >= side_ * side_) {
-        launch(products, {{items, items, 1}, {side_, side_, 1}});
+        launch(products, {{items, items, count}, {side_, side_, 1}});
         return;
       }
     } catch (const DeviceError& error) {
@@ -30,7 +29,7 @@ void PanelProducts::operator()(const device::RealBuffer& panels, std::size_t sam
     }
     side_ = 1;
   }
-  launch(kernel("panel_products"), {{left / 8, left / (2 * width_), 1}, {}});
+  launch(kernel("panel_products"), {{order / 8, order / (2 * width_), count}, {}});
 }
 
 }  // namespace qjulia::energy

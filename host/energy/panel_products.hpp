@@ -1,5 +1,5 @@
 #pragma once
-/// Products of panels (layout/panel_layout.h) on a device: what all dense algebra here is made of.
+/// Products of panels (layout/panel_layout.h) on a device.
 
 #include "device/context.hpp"
 
@@ -14,13 +14,13 @@ class PanelProducts {
         side_(static_cast<std::size_t>(tuning.product_side)),
         precision_(precision) {}
 
-  enum class Update { set, add, subtract };
+  enum class Update { set, add };
 
-  /// H = PᵀP, H + PᵀP or H − PᵀP, for the upper triangle of an order × order matrix H by rows.
+  /// H = PᵀP or H + PᵀP, for the upper triangles of `count` order × order matrices H by rows, each
+  /// with panels P of its own.
   /// @param samples in the panels.
-  /// @param begin the first row and column of H that change.
   void operator()(const device::RealBuffer& panels, std::size_t samples, std::size_t order,
-                  std::size_t begin, Update update, const device::RealBuffer& matrix);
+                  std::size_t count, Update update, const device::RealBuffer& matrices);
 
  private:
   device::Kernel kernel(const char* name) const;

@@ -8,28 +8,36 @@
 
 namespace qjulia::energy {
 
-/// RᵀR = H + λ diag H by Cholesky's method, for H the Gauss-Newton matrix by the n variables a
-/// stage moves. A step u stands for the move R⁻¹ u of those variables. By u the energy's second
-/// derivative is about the identity, so that L-BFGS starts as Newton's method does.
+/// A step u stands for the move M u of the n variables that a stage moves, where M Mᵀ is about the
+/// inverse of H + λ diag H, for H the Gauss-Newton matrix by these variables. So by u, L-BFGS
+/// starts about as Newton's method does. Where R is square, M is R⁻¹; else steps have more numbers
+/// than moves.
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
   Preconditioner(const Preconditioner&) = delete;
   Preconditioner& operator=(const Preconditioner&) = delete;
 
-  /// R⁻¹ u, of size n: the move of the variables.
+  /// How many numbers a step has: n or more.
+  virtual Eigen::Index size() const = 0;
+  /// M u, of size n: the move of the variables.
   virtual Eigen::VectorXd move(const Eigen::VectorXd& u) const = 0;
-  /// R⁻ᵀ g, of size n: the gradient by u, where g is the gradient by the variables.
+  /// Mᵀ g: the gradient by u, where g is the gradient by the variables.
   virtual Eigen::VectorXd gradient(const Eigen::VectorXd& g) const = 0;
 
  protected:
   Preconditioner() = default;
 };
 
-/// R = Lᵀ S⁻¹. The host solves with L in single precision.
+/// M = S L⁻ᵀ, the inverse of Cholesky's factor. The host solves with L in single precision.
 std::unique_ptr<Preconditioner> preconditioner_of(CurvatureFactor factor);
 
-/// From H's diagonal alone: R = ((1 + λ) diag H)^½.
+/// From blocks of neighbouring factors and the coarse space over them: M Mᵀ is the sum of the
+/// inverses of all blocks and of the coarse matrix, each damped, in its own place (additive
+/// Schwarz). A step has 5K + 1 + 5B numbers.
+std::unique_ptr<Preconditioner> preconditioner_of(const BlockCurvature& curvature, double damping);
+
+/// From H's diagonal alone: M = ((1 + λ) diag H)^−½.
 std::unique_ptr<Preconditioner> preconditioner_of_diagonal(const Eigen::VectorXd& diagonal,
                                                            double damping);
 

@@ -43,6 +43,41 @@ StageReport report_from(const json& j) {
   return {j.at(0), j.at(1), j.at(2), j.at(3), j.at(4), j.at(5), j.at(6)};
 }
 
+/// The weights, and of each block its factors and the lower triangle of its matrix, by columns.
+json to_json(const CurvatureSum& curvature) {
+  json blocks = json::array();
+  for (std::size_t b = 0; b < curvature.sum.blocks.size(); ++b) {
+    const Eigen::MatrixXd& own = curvature.sum.own[b];
+    std::vector<double> lower;
+    for (Eigen::Index j = 0; j < own.cols(); ++j) {
+      const auto column = own.col(j).tail(own.rows() - j);
+      lower.insert(lower.end(), column.begin(), column.end());
+    }
+    blocks.push_back(json::array({curvature.sum.blocks[b], std::move(lower)}));
+  }
+  const Eigen::VectorXd& weight = curvature.weight;
+  return json::array({std::vector<double>(weight.begin(), weight.end()), std::move(blocks)});
+}
+
+CurvatureSum curvature_from(const json& j) {
+  CurvatureSum curvature;
+  const std::vector<double> weight = j.at(0);
+  curvature.weight =
+      Eigen::Map<const Eigen::VectorXd>(weight.data(), static_cast<Eigen::Index>(weight.size()));
+  for (const json& block : j.at(1)) {
+    const std::vector<std::size_t>& factors = curvature.sum.blocks.emplace_back(block.at(0));
+    const auto entries = block.at(1).get<std::vector<double>>();
+    const auto order = static_cast<Eigen::Index>(5 * factors.size());
+    Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(order, order);
+    std::size_t n = 0;
+    for (Eigen::Index k = 0; k < order; ++k) {
+      for (Eigen::Index i = k; i < order; ++i) lower(i, k) = entries.at(n++);
+    }
+    curvature.sum.own.emplace_back(lower.selfadjointView<Eigen::Lower>());
+  }
+  return curvature;
+}
+
 }  // namespace
 
 std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const Device& device) {
@@ -112,10 +147,7 @@ std::optional<FitState> Checkpoint::state_in(const std::string& content) const {
     state.most_triangles = j.at("most_triangles");
     state.seconds = j.at("seconds");
     for (const json& report : j.at("reports")) state.reports.push_back(report_from(report));
-    for (const json& c : j.at("curvature")) {
-      state.curvature.push_back(
-          {map_from_json(c.at(0), path_.string()), c.at(1), c.at(2), c.at(3)});
-    }
+    state.curvature = curvature_from(j.at("curvature"));
     for (const json& e : j.at("evaluated")) {
       state.evaluated.push_back({e.at(0), e.at(1).get<std::vector<double>>()});
     }
@@ -127,11 +159,8 @@ std::optional<FitState> Checkpoint::state_in(const std::string& content) const {
 
 void Checkpoint::save(const FitState& state) {
   if (path_.empty()) return;
-  json reports = json::array(), curvature = json::array(), evaluated = json::array();
+  json reports = json::array(), evaluated = json::array();
   for (const StageReport& report : state.reports) reports.push_back(to_json(report));
-  for (const CurvatureSource& c : state.curvature) {
-    curvature.push_back(json::array({to_json(c.map), c.random, c.level, c.moved}));
-  }
   for (const Evaluation& e : state.evaluated) {
     evaluated.push_back(json::array({e.energy, e.gradient}));
   }
@@ -145,7 +174,7 @@ void Checkpoint::save(const FitState& state) {
                                     {"most_triangles", state.most_triangles},
                                     {"seconds", state.seconds},
                                     {"reports", std::move(reports)},
-                                    {"curvature", std::move(curvature)},
+                                    {"curvature", to_json(state.curvature)},
                                     {"evaluated", std::move(evaluated)}});
   try {
     const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());

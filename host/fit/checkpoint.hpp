@@ -14,14 +14,6 @@
 
 namespace qjulia::fitting {
 
-/// What a stage's Gauss-Newton matrix was computed from.
-struct CurvatureSource {
-  Map map;
-  std::string random;              ///< the generator's state before the stage's samples
-  int level = 0;                   ///< whose samples they are
-  std::vector<std::size_t> moved;  ///< factors moved elsewhere since the last stage
-};
-
 /// Where a fit stands at the start of a stage. From it the stage goes the same way again, bit for
 /// bit; `evaluated` spares it the evaluations it has made already.
 struct FitState {
@@ -32,8 +24,8 @@ struct FitState {
   int evaluations = 0;  ///< made before the stage
   double seconds = 0;   ///< spent so far, in all processes
   std::vector<StageReport> reports;
-  std::vector<CurvatureSource> curvature;  ///< the earlier stages' parts of the curvature sum
-  std::vector<Evaluation> evaluated;       ///< what the unfinished stage has evaluated, in order
+  CurvatureSum curvature;             ///< of the stages before
+  std::vector<Evaluation> evaluated;  ///< what the unfinished stage has evaluated, in order
   /// The mesh was measured with at most so many triangles. The samples depend on it.
   double most_triangles = std::numeric_limits<double>::infinity();
 };

@@ -21,7 +21,7 @@ constexpr double kLeastTime = 4;  // seconds: with less, timing would take too m
 
 /// Seconds of a stage's parts.
 struct StageTime {
-  double curvature = 0;   ///< J^T W J and its Cholesky factor
+  double curvature = 0;   ///< the blocks of JᵀWJ and their Cholesky factors
   double evaluation = 0;  ///< one of energy and gradient
 };
 
@@ -39,12 +39,6 @@ double least_seconds_of(const Work& work, Budget& budget) {
   return least;
 }
 
-double order_of(double factors) { return 1 + 5 * factors; }
-
-double samples_of(double factors) {
-  return static_cast<double>(curvature_samples(static_cast<std::size_t>(order_of(factors))));
-}
-
 /// With so many factors; kernels are built before anything is timed.
 StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, const Level& level,
                 int factors, std::uint64_t seed, Budget& budget) {
@@ -52,24 +46,19 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   base::Random random(seed);
   const auto evaluator = make_evaluator(pool.draw(level, random), {});
   constexpr double kDamping = 0.1;
-  CurvatureSum sum;
-  const auto factorise = [&] {
-    evaluator->add_curvature(map, {}, sum);
-    evaluator->preconditioner(sum, kDamping);
+  const NeighbourBlocks blocks = neighbour_blocks(map, kFactorsOfBlock);
+  const auto precondition = [&] {
+    preconditioner_of(evaluator->gauss_newton_blocks(map, blocks), kDamping);
   };
   const auto evaluate = [&] { evaluator->evaluate(map, true); };
-  factorise();  // the first matrix of the sum, then a further one
-  factorise();
+  precondition();
   evaluate();
-  return {least_seconds_of(factorise, budget), least_seconds_of(evaluate, budget)};
+  return {least_seconds_of(precondition, budget), least_seconds_of(evaluate, budget)};
 }
 
-/// @param probe a stage's time with `probed` factors.
+/// @param probe a stage's time with `probed` factors: both its parts grow as their number does.
 double stage_seconds(const StageTime& probe, double probed, double factors, const Level& level) {
-  const double larger = order_of(factors) / order_of(probed);
-  // Nearly all of it is the product of as many samples.
-  return probe.curvature * larger * larger * samples_of(factors) / samples_of(probed) +
-         probe.evaluation * kLine * level.steps * factors / probed;
+  return (probe.curvature + probe.evaluation * kLine * level.steps) * factors / probed;
 }
 
 bool follows_time(const FitOptions& options, const Schedule& schedule) {

@@ -94,7 +94,7 @@ MinimizeResult minimize(const Evaluate& evaluate, const Map& start, const Subspa
   // A step takes 1.1 of them. One that needs many gains next to nothing: rounding is in its way.
   const int most_evaluations = 2 * iterations + 10;
   ScaledEnergy energy(evaluate, start, subspace, scaling, most_evaluations, budget);
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(subspace.size());
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(scaling.size());
   double value = 0;
   try {
     run_lbfgs(energy, [&](auto& objective) { solver.minimize(objective, step, value); });

@@ -55,9 +55,6 @@ void reweight(Samples& samples, const std::vector<double>& field, const Level& l
   }
 }
 
-/// A sum starts anew after so many matrices, since a resumed fit must compute them all again.
-constexpr std::size_t kMostSummed = 32;
-
 /// Whether F_1 is regressed to distances at points about the surface.
 bool regresses(const Level& level) {
   return level.points == Points::surface && level.iterations == 1 && level.loss == Loss::distance;
@@ -109,7 +106,7 @@ void Stages::resume(FitState state) {
   finished_.reset();
   random_.set_state(state.random);
   reports_ = state.reports;
-  sources_ = state.curvature;
+  curvature_ = state.curvature;
   budget_.carry(state.evaluations, state.seconds);
   resumed_ = std::move(state);
 }
@@ -124,7 +121,7 @@ FitState Stages::next_state() const {
           budget_.evaluations(),
           budget_.seconds(),
           reports_,
-          sources_,
+          curvature_,
           {},
           most_triangles_};
 }
@@ -221,48 +218,27 @@ std::unique_ptr<Evaluator> Stages::evaluator_of(const Samples& samples, const Le
       samples, {.loss = level.loss, .iterations = level.iterations, .alpha = level.alpha});
 }
 
-void Stages::gather_curvature() {
-  base::Random random(options_.seed);
+std::unique_ptr<Preconditioner> Stages::preconditioner(Evaluator& evaluator,
+                                                       const Subspace& subspace, const Level& level,
+                                                       const std::vector<std::size_t>& moved) {
+  const double damping = schedule_.damping;
+  const NeighbourBlocks blocks = neighbour_blocks(map_, kFactorsOfBlock);
+  const bool by_blocks = subspace.is_whole();
+  if (!by_blocks || !adds_up(level)) curvature_ = {};
   try {
-    for (const CurvatureSource& source : sources_) {
-      const Level& level = schedule_.levels.at(static_cast<std::size_t>(source.level));
-      random.set_state(source.random);
-      evaluator_of(problem_.draw(level, random), level)
-          ->add_curvature(source.map, source.moved, curvature_);
+    if (by_blocks) {
+      BlockCurvature found = evaluator.gauss_newton_blocks(map_, blocks);
+      if (!adds_up(level)) return preconditioner_of(found, damping);
+      curvature_.add(std::move(found), moved);
+      return preconditioner_of(curvature_.mean(), damping);
+    }
+    if (map_.dynamics.factors.size() <= kMostByMatrix) {
+      return preconditioner_of(
+          factorised(subspace.restricted_matrix(evaluator.gauss_newton(map_)), damping));
     }
   } catch (const DeviceError& error) {
     if (!device::is_out_of_memory(error)) throw;
-    forget_curvature();
-  }
-}
-
-void Stages::forget_curvature() {
-  sources_.clear();
-  curvature_ = {};
-}
-
-std::unique_ptr<Preconditioner> Stages::preconditioner(Evaluator& evaluator,
-                                                       const Subspace& subspace,
-                                                       const CurvatureSource& source) {
-  const bool adds =
-      subspace.is_whole() && adds_up(schedule_.levels.at(static_cast<std::size_t>(source.level)));
-  if (!adds || sources_.size() == kMostSummed) forget_curvature();
-  const double damping = schedule_.damping;
-  if (map_.dynamics.factors.size() <= kMostByMatrix) {
-    try {
-      if (!subspace.is_whole()) {
-        return preconditioner_of(
-            factorised(subspace.restricted_matrix(evaluator.gauss_newton(map_)), damping));
-      }
-      CurvatureSum alone;
-      CurvatureSum& sum = adds ? curvature_ : alone;
-      evaluator.add_curvature(map_, source.moved, sum);
-      if (adds) sources_.push_back(source);
-      return evaluator.preconditioner(sum, damping);
-    } catch (const DeviceError& error) {
-      if (!device::is_out_of_memory(error)) throw;
-      forget_curvature();
-    }
+    curvature_ = {};
   }
   return preconditioner_of_diagonal(
       subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map_)), damping);
@@ -275,7 +251,6 @@ std::optional<StopReason> Stages::run_stage() {
   level_ = before.level;
   const Level& level = schedule_.levels.at(static_cast<std::size_t>(before.level));
   const TraceStage stage(monitor_.trace, level.name);
-  if (curvature_.weight.size() == 0 && !sources_.empty()) gather_curvature();
   budget_.update();
   const double began = budget_.seconds();
   const int evaluations = budget_.evaluations();
@@ -287,9 +262,6 @@ std::optional<StopReason> Stages::run_stage() {
     lift_misplaced();
     finish();
   }
-  CurvatureSource source;
-  source.random = random_.state();
-  source.level = before.level;
   Samples samples = part("draw samples", [&] { return problem_.draw(level, random_); });
   if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.dynamics.surface_level);
   auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
@@ -298,19 +270,19 @@ std::optional<StopReason> Stages::run_stage() {
     evaluator = evaluator_of(samples, level);
   }
   Map start = map_;
+  std::vector<std::size_t> moved;
   if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
       map_.dynamics.factors.size() <= kMostByMatrix) {
     const auto most = static_cast<int>(map_.dynamics.factors.size() / 4);
     start = part("relocate",
                  [&] { return relocated(*evaluator, samples, std::min(level.relocated, most)); });
-    source.moved = moved_between(map_, start);
+    moved = moved_between(map_, start);
   }
   map_ = problem_.agreed(std::move(start));
   finished_.reset();
-  source.map = map_;
   const Subspace subspace(map_, level, options_.unknowns);
   const std::unique_ptr<Preconditioner> scaling =
-      part("preconditioner", [&] { return preconditioner(*evaluator, subspace, source); });
+      part("preconditioner", [&] { return preconditioner(*evaluator, subspace, level, moved); });
   if (const Samples centers = misplaced(level).samples; centers.size() > 0) {
     for (std::size_t i = 0; i < centers.size(); ++i) samples.add(centers, i);
     evaluator.reset();

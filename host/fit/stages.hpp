@@ -70,11 +70,10 @@ class Stages {
   /// them may have moved a factor to where it makes a hole or a body.
   void lift_misplaced();
   std::unique_ptr<Evaluator> evaluator_of(const Samples& samples, const Level& level) const;
-  /// Adds to `curvature_` what the stages before a resumed one had added.
-  void gather_curvature();
-  void forget_curvature();
+  /// @param moved the numbers of the factors that were relocated before this stage.
   std::unique_ptr<Preconditioner> preconditioner(Evaluator& evaluator, const Subspace& subspace,
-                                                 const CurvatureSource& source);
+                                                 const Level& level,
+                                                 const std::vector<std::size_t>& moved);
 
   const Problem& problem_;
   Map map_;
@@ -89,8 +88,7 @@ class Stages {
   std::vector<StageReport> reports_;
   std::vector<std::string> warnings_;  ///< about maps that were finished to be polished
   std::optional<StopReason> stopped_;
-  std::vector<CurvatureSource> sources_;  ///< what `curvature_` sums
-  CurvatureSum curvature_;
+  CurvatureSum curvature_;           ///< of the stages whose matrices add up
   double preparation_ = 0;           ///< seconds of the last stage before its first step
   int level_ = 0;                    ///< no stage belongs to an earlier one any more
   std::optional<FitState> resumed_;  ///< the stage that was under way, until it is run

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "device/context.hpp"
 #include "qjulia/error.hpp"
 
@@ -22,33 +24,6 @@ Samples for_matrices(const Samples& samples) {
   for (std::size_t i = 0; i < samples.size(); i += step) part.add(samples, i, share);
   return part;
 }
-
-/// Gives every rank the products that rank 0 computes, because devices of different kinds round
-/// differently. All ranks call it together; the others have no preconditioner of their own.
-class SharedPreconditioner final : public Preconditioner {
- public:
-  SharedPreconditioner(Team& team, std::unique_ptr<Preconditioner> own)
-      : team_(team), own_(std::move(own)) {}
-
-  VectorXd move(const VectorXd& u) const override {
-    return first([&] { return own_->move(u); });
-  }
-  VectorXd gradient(const VectorXd& g) const override {
-    return first([&] { return own_->gradient(g); });
-  }
-
- private:
-  VectorXd first(const std::function<VectorXd()>& product) const {
-    const Numbers said = team_.first([&] {
-      const VectorXd found = product();
-      return Numbers(found.begin(), found.end());
-    });
-    return Eigen::Map<const VectorXd>(said.data(), static_cast<Eigen::Index>(said.size()));
-  }
-
-  Team& team_;
-  std::unique_ptr<Preconditioner> own_;
-};
 
 /// Energies and gradients are the sums of the parts'. Matrices are rank 0's: with 331 factors a
 /// quarter of a second's work a stage, which takes longer to divide and exchange.
@@ -106,24 +81,24 @@ class DistributedEvaluator final : public Evaluator {
     return Eigen::Map<const VectorXd>(sum.data(), static_cast<Eigen::Index>(sum.size()));
   }
 
-  /// The other ranks keep the sum's weights alone.
-  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                     CurvatureSum& sum) override {
-    team_.first([&] {
-      of_matrices().add_curvature(map, moved, sum);
-      return Numbers();
+  BlockCurvature gauss_newton_blocks(const Map& map, const NeighbourBlocks& blocks) override {
+    const Numbers said = team_.first([&] {
+      const BlockCurvature own = of_matrices().gauss_newton_blocks(map, blocks);
+      Numbers numbers(own.coarse.data(), own.coarse.data() + own.coarse.size());
+      for (const Eigen::MatrixXd& matrix : own.own) {
+        numbers.insert(numbers.end(), matrix.data(), matrix.data() + matrix.size());
+      }
+      return numbers;
     });
-    if (team_.rank() > 0) sum.faded(map.dynamics.factors.size(), moved);
-  }
-
-  std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping) override {
-    std::unique_ptr<Preconditioner> own;
-    team_.first([&] {
-      own = of_matrices().preconditioner(sum, damping);
-      return Numbers();
-    });
-    if (team_.size() == 1) return own;
-    return std::make_unique<SharedPreconditioner>(team_, std::move(own));
+    const double* next = said.data();
+    const auto matrix = [&](std::size_t order) -> Eigen::MatrixXd {
+      const auto n = static_cast<Eigen::Index>(order);
+      const double* const first = std::exchange(next, next + order * order);
+      return Eigen::Map<const Eigen::MatrixXd>(first, n, n);
+    };
+    BlockCurvature result{blocks, {}, matrix(1 + 5 * blocks.size())};
+    for (const auto& block : blocks) result.own.push_back(matrix(5 * block.size()));
+    return result;
   }
 
   Eigen::MatrixXd pursuit_products(const Map& map,

@@ -126,12 +126,7 @@ class JobList {
                                     ? "panel_products_shared"
                                     : "panel_products";
     const Kernels of_matrix{"energy_terms", "jacobian_panels", product};
-    Kernels of_factor{"scaled_rows",       "diagonal",      "unit_diagonal", "narrowed",
-                      "cholesky_triangle", "cholesky_rows", product};
-    if (device_.layout() == Layout::gpu) {
-      of_factor.insert(of_factor.end(), {"inverse_rows", "inverse_triangle", "triangle_times",
-                                         "transposed_triangle_times", "sum_row_blocks"});
-    }
+    const Kernels of_blocks{"energy_terms", "jacobian_panels", "coarse_panels", product};
     const Kernels of_diagonal{"jacobian_squares", "sum_row_blocks"};
     const Kernels of_pursuit{"pursuit_panels", product};
     const std::size_t factors = work_->map.dynamics.factors.size();
@@ -163,12 +158,10 @@ class JobList {
         [](energy::Evaluator& e, const Map& map) { e.gauss_newton(map); });
     if (!wants_all_jobs(options_)) return;
     const double damping = 1e-3;
-    add("preconditioner", 0, 0, of_factor, [damping](energy::Evaluator& e, const Map& map) {
-      energy::CurvatureSum sum;
-      e.add_curvature(map, {}, sum);
-      e.add_curvature(map, {}, sum);
-      const auto made = e.preconditioner(sum, damping);
-      made->gradient(made->move(Eigen::VectorXd::Ones(sum.weight.size())));
+    add("preconditioner", 0, 0, of_blocks, [damping](energy::Evaluator& e, const Map& map) {
+      const auto blocks = energy::neighbour_blocks(map, energy::kFactorsOfBlock);
+      const auto made = energy::preconditioner_of(e.gauss_newton_blocks(map, blocks), damping);
+      made->gradient(made->move(Eigen::VectorXd::Ones(made->size())));
     });
     add("matrix_diagonal", 0, 0, of_diagonal,
         [](energy::Evaluator& e, const Map& map) { e.gauss_newton_diagonal(map); });

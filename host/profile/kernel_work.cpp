@@ -10,7 +10,6 @@
 #include "layout/panel_layout.h"
 #include "layout/picture_layout.h"
 #include "layout/placement.h"
-#include "layout/triangle_layout.h"
 #include "profile/cost.hpp"
 
 namespace qjulia::profiling {
@@ -87,69 +86,25 @@ LaunchWork of_sums(const Launch& launch, std::size_t stride, double slots) {
 LaunchWork of_panels(const Launch& launch, double slots, bool is_pursuit) {
   return with_arguments<qj_panel_arguments>(launch, 0, [&](const auto& a) {
     const double order = is_pursuit ? QJ_PURSUIT_ORDER(a.count) : QJ_PANEL_ORDER(a.count);
-    return over_factors(launch, a.chunk, a.count, slots, order);
+    const auto blocks = static_cast<double>(launch.range.global[2]);
+    return over_factors(launch, a.chunk * blocks, a.count, slots, order);
   });
 }
 
-/// (panels, chunk, order, begin, …): the upper triangle of PᵀP.
+/// (panels, chunk, order, …): the upper triangles of PᵀP.
 LaunchWork of_products(const Launch& launch) {
-  const double chunk = launch.integer(1), left = launch.integer(2) - launch.integer(3);
-  return {chunk * left * (left + 1) / 2, (chunk * left + left * (left + 1)) * real_bytes_of(launch),
+  const double chunk = launch.integer(1), order = launch.integer(2);
+  const auto count = static_cast<double>(launch.range.global[2]);
+  return {count * chunk * order * (order + 1) / 2,
+          count * (chunk * order + order * (order + 1)) * real_bytes_of(launch), false};
+}
+
+/// (blocks, count, chunk, …): a block's columns added up, component by component.
+LaunchWork of_coarse_panels(const Launch& launch) {
+  const double samples = double(launch.integer(0)) * launch.integer(2);
+  const double entries = QJ_MAP_COMPONENTS * QJ_MAP_STRIDE(launch.integer(1));
+  return {samples * entries, samples * (entries + QJ_MAP_COMPONENTS) * real_bytes_of(launch),
           false};
-}
-
-LaunchWork of_triangle(const Launch& launch) {
-  constexpr double kSide = QJ_CHOLESKY_BLOCK;
-  return {kSide * kSide * kSide / 6 + kSide * kSide / 2, kSide * kSide * real_bytes_of(launch),
-          false};
-}
-
-LaunchWork of_rows(const Launch& launch) {
-  constexpr double kSide = QJ_CHOLESKY_BLOCK;
-  const double columns = launch.integer(0) - launch.integer(1) - kSide;
-  return {columns * (kSide * (kSide - 1) / 2 + kSide), 3 * columns * kSide * real_bytes_of(launch),
-          false};
-}
-
-/// (order, first, …): I − R₁₂ X₂ of a block of rows, for the columns from `first` on.
-LaunchWork of_inverse_rows(const Launch& launch) {
-  constexpr double kSide = QJ_CHOLESKY_BLOCK;
-  const double right = launch.integer(0) - launch.integer(1) - kSide;
-  return {
-      kSide * right * (right + 1) / 2,
-      (right * (right + 1) / 2 + kSide * right + kSide * (right + kSide)) * real_bytes_of(launch),
-      false};
-}
-
-/// (order, first, …): R₁₁⁻¹ times these rows.
-LaunchWork of_inverse_triangle(const Launch& launch) {
-  constexpr double kSide = QJ_CHOLESKY_BLOCK;
-  const double columns = launch.integer(0) - launch.integer(1);
-  return {columns * (kSide * (kSide - 1) / 2 + kSide), 2 * columns * kSide * real_bytes_of(launch),
-          false};
-}
-
-/// (order, …): a triangle's product with a vector.
-LaunchWork of_triangle_times(const Launch& launch) {
-  const double order = launch.integer(0), entries = order * (order + 1) / 2;
-  return {entries, (entries + QJ_TRIANGLE_PARTS * order) * real_bytes_of(launch), false};
-}
-
-LaunchWork of_narrowed(const Launch& launch) {
-  const auto rows = static_cast<double>(launch.range.global[1]);
-  const double columns = launch.integer(0) - launch.integer(1);
-  const double entries = rows * columns - rows * (rows - 1) / 2;
-  return {0, entries * static_cast<double>(sizeof(double) + sizeof(float)), false};
-}
-
-LaunchWork of_unit_diagonal(const Launch& launch) {
-  const double order = launch.integer(6), entries = order * order / 2;
-  return {3 * entries, entries * static_cast<double>(sizeof(double) + sizeof(float)), false};
-}
-
-LaunchWork of_scaled_rows(const Launch& launch) {
-  const double order = launch.integer(0);
-  return {order * order, order * order * real_bytes_of(launch), false};
 }
 
 LaunchWork of_dense_level_set(const Launch& launch) {
@@ -207,18 +162,9 @@ const std::map<std::string_view, Counted>& counted_kernels() {
       {"pursuit_panels", [](const Launch& l) { return of_panels(l, kPursuitEntry, true); }},
       {"panel_products", of_products},
       {"panel_products_shared", of_products},
-      {"scaled_rows", of_scaled_rows},
+      {"coarse_panels", of_coarse_panels},
       {"sum_row_blocks",
        [](const Launch& l) { return moving(l, double(l.integer(1)) * l.integer(2), 1); }},
-      {"diagonal", [](const Launch& l) { return moving(l, l.integer(0), 2); }},
-      {"unit_diagonal", of_unit_diagonal},
-      {"narrowed", of_narrowed},
-      {"cholesky_triangle", of_triangle},
-      {"cholesky_rows", of_rows},
-      {"inverse_rows", of_inverse_rows},
-      {"inverse_triangle", of_inverse_triangle},
-      {"triangle_times", of_triangle_times},
-      {"transposed_triangle_times", of_triangle_times},
       {"nearest_distance",
        [](const Launch& l) { return moving(l, points_of(l, l.integer(2)), 4); }},
       {"winding_number", [](const Launch& l) { return moving(l, points_of(l, l.integer(2)), 4); }},

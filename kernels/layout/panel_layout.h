@@ -18,9 +18,10 @@
 #define QJ_PURSUIT_ONES(centers) QJ_MAP_STRIDE(centers)
 #define QJ_PURSUIT_RESIDUALS(centers) (QJ_MAP_STRIDE(centers) + 1)
 
-/* Rows that Cholesky's factorisation takes at a time: a multiple of the tiles' sides in all kernels
-   that multiply panels. */
-#define QJ_CHOLESKY_BLOCK 128
+/* Panels of the coarse space over blocks of factors: the log scale's column, then one for each block
+   and component of a map. */
+#define QJ_COARSE_TILES(blocks) ((QJ_MAP_COMPONENTS * (blocks) / QJ_PANEL_TILE + 2) / 2 * 2)
+#define QJ_COARSE_ORDER(blocks) (QJ_COARSE_TILES(blocks) * QJ_PANEL_TILE)
 
 /* Scalars of the kernels that fill panels. */
 QJ_ARGUMENTS(qj_panel_arguments) {
@@ -32,5 +33,5 @@ QJ_ARGUMENTS(qj_panel_arguments) {
   int first;  /* number of the first one taken in this chunk */
   int chunk;  /* samples the panels hold */
   int block;  /* samples of a work-item */
-  int count;  /* factors, or centres */
+  int count;  /* factors of a block, or centres */
 };

@@ -7,7 +7,6 @@
 
 #include "base/larger_error.hpp"
 #include "energy/evaluator.hpp"
-#include "preconditioner_check.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 
@@ -124,41 +123,37 @@ TEST_CASE("the Gauss-Newton matrix on the device is the reference's") {
   }
 }
 
-TEST_CASE("Gauss-Newton matrices add up on the device as the reference's do") {
-  // As large as those that are factorised on the device, and small ones, which are not.
-  const int factors = GENERATE(13, 80);
-  const Map before = test::random_map(factors, 0.1, 0.6, 64);
-  Map after = before;
-  for (Factor& factor : after.dynamics.factors) factor.exponent *= 1.1;
-  const std::vector<std::size_t> moved{2, 7};
-  for (const std::size_t k : moved) after.dynamics.factors[k].center = {0.1, 0.2, 0.3, -0.4};
-  const energy::Samples samples = test::random_samples(3000, 65);
-  constexpr double kDamping = 1e-3;
-  const auto sum_of = [&](energy::Evaluator& evaluator) {
-    energy::CurvatureSum sum;
-    evaluator.add_curvature(before, {}, sum);
-    evaluator.add_curvature(after, moved, sum);
-    return sum;
-  };
-  const auto reference = energy::make_reference_evaluator(samples, {});
-  const energy::CurvatureSum sum = sum_of(*reference);
-  const Eigen::VectorXd scale = sum.weight.cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd expected = scale.asDiagonal() * sum.matrix * scale.asDiagonal();
-  // A moved factor's rows are those of the last matrix alone.
-  const Eigen::MatrixXd last = reference->gauss_newton(after);
-  const auto row = static_cast<Eigen::Index>(1 + moved.front());
-  CHECK(expected(row, row) == Catch::Approx(last(row, row)).epsilon(1e-6));
+TEST_CASE("blocks of the Gauss-Newton matrix on the device are the reference's") {
+  const auto [name, loss] = GENERATE(from_range(energy::kLosses.begin(), energy::kLosses.end()));
+  // Blocks of one factor, padded ones, and such as fill three tiles; more coarse variables than two
+  // tiles have room for.
+  const auto [factors, most] =
+      GENERATE(table<int, std::size_t>({{13, 1}, {13, 5}, {13, 13}, {80, 45}}));
+  Map map = test::random_map(factors, 0.1, 0.6, 64);
+  map.dynamics.slice = 0.1;
+  const energy::Samples samples = hard_samples(map);
+  const energy::EnergySettings options{loss, 1, 1.3, 20};
+  const auto blocks = energy::neighbour_blocks(map, most);
+  const auto expected =
+      energy::make_reference_evaluator(samples, options)->gauss_newton_blocks(map, blocks);
   for (const test::Variant& variant : test::variants()) {
     const auto device = variant.of(test::shared_device());
-    CAPTURE(variant, factors);
+    CAPTURE(variant, name, factors, most);
     const auto check = [&](Precision precision, double tolerance) {
-      const auto evaluator = energy::make_device_evaluator(device, samples, {}, precision);
-      const auto made = evaluator->preconditioner(sum_of(*evaluator), kDamping);
-      const auto [product, transposed] = test::error_of(*made, expected, kDamping);
-      CHECK(product < tolerance);
-      CHECK(transposed < 1e-5);
+      const auto evaluator = energy::make_device_evaluator(device, samples, options, precision);
+      evaluator->gauss_newton(map);  // it may share buffers of another order
+      const auto found = evaluator->gauss_newton_blocks(map, blocks);
+      CHECK(found.blocks == blocks);
+      REQUIRE(found.own.size() == expected.own.size());
+      const auto is_near = [&](const Eigen::MatrixXd& one, const Eigen::MatrixXd& other) {
+        REQUIRE(one.rows() == other.rows());
+        CHECK((one - other).cwiseAbs().maxCoeff() < tolerance * other.cwiseAbs().maxCoeff());
+      };
+      for (std::size_t b = 0; b < blocks.size(); ++b) is_near(found.own[b], expected.own[b]);
+      is_near(found.coarse, expected.coarse);
+      CHECK(evaluator->gauss_newton_blocks(map, blocks).coarse == found.coarse);
     };
-    if (test::can_check(device, Precision::dbl)) check(Precision::dbl, 1e-6);
+    if (test::can_check(device, Precision::dbl)) check(Precision::dbl, 1e-10);
     check(Precision::single, 1e-4);
   }
 }

@@ -224,28 +224,27 @@ TEST_CASE(
   CHECK(measured().not_counted.empty());
 }
 
-TEST_CASE("kernels of a preconditioner in the layout of GPUs are counted") {
-  const Device device = Device::choose().with_layout(Layout::gpu);
-  if (!device.info().has_double) return;
+TEST_CASE("kernels of a preconditioner are counted by what their blocks take") {
+  const Layout layout = GENERATE(Layout::cpu, Layout::gpu);
+  const Device device = Device::choose().with_layout(layout);
   ProfileOptions options = small();
-  options.factors = 80;
+  options.factors = 200;
   options.repeats = 1;
-  options.kernels = {"inverse_*", "*triangle_times"};
+  const std::string product = layout == Layout::gpu ? "panel_products_shared" : "panel_products";
+  options.kernels = {"coarse_panels", product};
   const ProfileReport report = profile(device, options);
-  constexpr double kOrder = 512, kBlock = 128;  // 1 + 5 K = 401, in whole blocks
-  const auto slots = [&](const char* name) {
+  const auto slots = [&](const std::string& name) {
     const auto kernel = std::ranges::find(report.kernels, name, &KernelFigures::kernel);
     REQUIRE(kernel != report.kernels.end());
     return kernel->slots.value_or(0);
   };
-  for (const char* product : {"triangle_times", "transposed_triangle_times"}) {
-    CHECK(slots(product) >= kOrder * (kOrder + 1) / 2);
-  }
-  // Both together: the entries of a triangle's inverse, each a sum over the indices between its
-  // own.
-  const double whole = kOrder * (kOrder + 1) * (kOrder + 2) / 6;
-  CHECK(slots("inverse_rows") + slots("inverse_triangle") >= whole);
-  CHECK(slots("inverse_rows") + slots("inverse_triangle") < whole * (1 + 4 * kBlock / kOrder));
+  // Two blocks of 100 factors, padded to 112: 560 columns for them, 16 with the log scale's; samples
+  // in whole chunks.
+  constexpr double kBlocks = 2, kColumns = 560, kOrder = 576;
+  const double chunk = device.tuning(Precision::single).panel_samples;
+  const double samples = std::ceil(static_cast<double>(options.samples) / chunk) * chunk;
+  CHECK(slots("coarse_panels") == kBlocks * samples * kColumns);
+  CHECK(slots(product) >= kBlocks * samples * kOrder * (kOrder + 1) / 2);
 }
 
 TEST_CASE("events are those of the threads that run kernels") {

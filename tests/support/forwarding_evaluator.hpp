@@ -21,13 +21,9 @@ class ForwardingEvaluator : public energy::Evaluator {
   Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
     return to_->gauss_newton_diagonal(map);
   }
-  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                     energy::CurvatureSum& sum) override {
-    to_->add_curvature(map, moved, sum);
-  }
-  std::unique_ptr<energy::Preconditioner> preconditioner(const energy::CurvatureSum& sum,
-                                                         double damping) override {
-    return to_->preconditioner(sum, damping);
+  energy::BlockCurvature gauss_newton_blocks(const Map& map,
+                                             const energy::NeighbourBlocks& blocks) override {
+    return to_->gauss_newton_blocks(map, blocks);
   }
   Eigen::MatrixXd pursuit_products(const Map& map,
                                    const std::vector<Quaternion>& centers) override {

@@ -28,8 +28,15 @@ class Slow final : public Evaluator {
     const auto n = static_cast<Eigen::Index>(1 + 5 * map.dynamics.factors.size());
     return Eigen::MatrixXd::Identity(n, n);
   }
-  std::unique_ptr<Preconditioner> preconditioner(const CurvatureSum& sum, double damping) override {
-    return preconditioner_of_diagonal(Eigen::VectorXd::Ones(sum.weight.size()), damping);
+  BlockCurvature gauss_newton_blocks(const Map& /*map*/, const NeighbourBlocks& blocks) override {
+    BlockCurvature result{blocks, {}, Eigen::MatrixXd::Identity(1, 1)};
+    for (const auto& block : blocks) {
+      const auto order = static_cast<Eigen::Index>(5 * block.size());
+      result.own.emplace_back(Eigen::MatrixXd::Identity(order, order));
+    }
+    const auto order = static_cast<Eigen::Index>(1 + 5 * blocks.size());
+    result.coarse = Eigen::MatrixXd::Identity(order, order);
+    return result;
   }
   Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
     return Eigen::VectorXd::Ones(static_cast<Eigen::Index>(1 + 5 * map.dynamics.factors.size()));

@@ -12,6 +12,7 @@
 #include "forwarding_evaluator.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/error.hpp"
+#include "random_maps.hpp"
 #include "sphere_pool.hpp"
 #include "temporary_folder.hpp"
 #include "toy_problem.hpp"
@@ -135,6 +136,28 @@ TEST_CASE("a fit that died and was resumed ends as one that did not") {
   check_damaged(whole.substr(0, whole.size() / 2));
   check_damaged("x");
   CHECK_FALSE(test::kept_in(fitting::Checkpoint(folder / "none", "key")).has_value());
+}
+
+TEST_CASE("a checkpoint keeps the sum of matrices, entry by entry") {
+  const test::TemporaryFolder folder;
+  const Map map = test::random_map(5, 0.1, 0.6, 1);
+  std::mt19937_64 bits(2);
+  fitting::FitState state;
+  state.map = map;
+  state.curvature.weight = Eigen::VectorXd::LinSpaced(5, 1, 2);
+  state.curvature.sum.blocks = {{0, 3}, {1, 2, 4}};
+  for (const auto& block : state.curvature.sum.blocks) {
+    const auto order = static_cast<Eigen::Index>(5 * block.size());
+    Eigen::MatrixXd half(order, order);
+    for (double& entry : half.reshaped()) entry = test::uniform(bits, -1, 1);
+    state.curvature.sum.own.emplace_back(half + half.transpose());
+  }
+  fitting::Checkpoint checkpoint(folder / "fit.checkpoint", "key");
+  checkpoint.save(state);
+  const fitting::CurvatureSum kept = test::kept_in(checkpoint).value().curvature;
+  CHECK(kept.weight == state.curvature.weight);
+  CHECK(kept.sum.blocks == state.curvature.sum.blocks);
+  CHECK(kept.sum.own == state.curvature.sum.own);
 }
 
 TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {

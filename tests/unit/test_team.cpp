@@ -72,7 +72,7 @@ Map some_map() {
   return map;
 }
 
-/// Fails where matrices are computed or added up, and at the samples.
+/// Fails where matrices are computed, and at the samples.
 class Failing final : public test::ForwardingEvaluator {
  public:
   using Fail = std::function<void()>;
@@ -86,15 +86,10 @@ class Failing final : public test::ForwardingEvaluator {
     fail_();
     return ForwardingEvaluator::gauss_newton(map);
   }
-  void add_curvature(const Map& map, const std::vector<std::size_t>& moved,
-                     energy::CurvatureSum& sum) override {
+  energy::BlockCurvature gauss_newton_blocks(const Map& map,
+                                             const energy::NeighbourBlocks& blocks) override {
     fail_();
-    ForwardingEvaluator::add_curvature(map, moved, sum);
-  }
-  std::unique_ptr<energy::Preconditioner> preconditioner(const energy::CurvatureSum& sum,
-                                                         double damping) override {
-    fail_();
-    return ForwardingEvaluator::preconditioner(sum, damping);
+    return ForwardingEvaluator::gauss_newton_blocks(map, blocks);
   }
 
  private:
@@ -178,28 +173,22 @@ TEST_CASE("fields come in the samples' order, matrices are those of all samples"
   }
 }
 
-TEST_CASE("preconditioners of sums give the same bits on each of any number of ranks") {
+TEST_CASE("blocks of matrices are the same bits on each of any number of ranks") {
   const energy::Samples samples = some_samples(30);
   const Map map = some_map();
-  struct Products {
-    Eigen::VectorXd move, gradient;
-  };
-  const auto products_of = [&](energy::Evaluator& evaluator) {
-    energy::CurvatureSum sum;
-    evaluator.add_curvature(map, {}, sum);
-    evaluator.add_curvature(map, {1}, sum);
-    const auto made = evaluator.preconditioner(sum, 0.01);
-    const Eigen::VectorXd vector = Eigen::VectorXd::LinSpaced(sum.weight.size(), -1, 2);
-    return Products{made->move(vector), made->gradient(vector)};
-  };
-  const auto whole = products_of(*energy::make_reference_evaluator(samples, {}));
+  const energy::NeighbourBlocks blocks = energy::neighbour_blocks(map, 2);
+  REQUIRE(blocks.size() > 1);
+  const auto whole =
+      energy::make_reference_evaluator(samples, {})->gauss_newton_blocks(map, blocks);
   for (const int size : {1, 2, 3}) {
     for (const auto& [found, error] : on_ranks(size, [&](Team& team) {
-           return products_of(*fitting::distributed(team, kReference, 3)(samples, {}));
+           return fitting::distributed(team, kReference, 3)(samples, {})
+               ->gauss_newton_blocks(map, blocks);
          })) {
       CHECK(error.empty());
-      CHECK(found.move == whole.move);
-      CHECK(found.gradient == whole.gradient);
+      CHECK(found.blocks == blocks);
+      CHECK(found.own == whole.own);
+      CHECK(found.coarse == whole.coarse);
     }
   }
 }
@@ -288,10 +277,8 @@ TEST_CASE("where one rank lacks memory, all throw the device's error and can go 
   });
   check([&](Team& team) {  // for matrices
     const auto made = fitting::distributed(team, failing_on(0, team, lack_memory), 2)(samples, {});
-    energy::CurvatureSum sum;
     return lacks_memory([&] { made->gauss_newton(map); }) &&
-           lacks_memory([&] { made->add_curvature(map, {}, sum); }) &&
-           lacks_memory([&] { made->preconditioner(sum, 0.01); });
+           lacks_memory([&] { made->gauss_newton_blocks(map, energy::neighbour_blocks(map, 2)); });
   });
   check([&](Team& team) {  // for the samples
     const energy::EvaluatorFactory none = [&](const auto& part, const auto& options) {
