@@ -102,7 +102,7 @@ LaunchWork of_products(const Launch& launch) {
 /// (blocks, count, chunk, …): a block's columns added up, component by component.
 LaunchWork of_coarse_panels(const Launch& launch) {
   const double samples = double(launch.integer(0)) * launch.integer(2);
-  const double entries = QJ_MAP_COMPONENTS * QJ_MAP_STRIDE(launch.integer(1));
+  const int entries = QJ_MAP_COMPONENTS * QJ_MAP_STRIDE(launch.integer(1));
   return {samples * entries, samples * (entries + QJ_MAP_COMPONENTS) * real_bytes_of(launch),
           false};
 }
