@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <map>
 
@@ -18,16 +18,17 @@ enum class Format { text, little_endian, big_endian };
 
 /// A type of number, as a binary file stores it.
 struct Type {
-  std::size_t size;  ///< bytes
-  double (*read)(const char* bytes);
+  std::size_t size;                              ///< bytes
+  double (*read)(const char* bytes, bool swap);  ///< swap: in the other byte order than ours
   bool operator==(const Type&) const = default;
 };
 
 template <class Number>
-constexpr Type kType{sizeof(Number), [](const char* bytes) {
-                       Number number;
-                       std::memcpy(&number, bytes, sizeof number);
-                       return static_cast<double>(number);
+constexpr Type kType{sizeof(Number), [](const char* bytes, bool swap) {
+                       std::array<char, sizeof(Number)> ours;
+                       std::copy_n(bytes, ours.size(), ours.begin());
+                       if (swap) std::ranges::reverse(ours);
+                       return static_cast<double>(std::bit_cast<Number>(ours));
                      }};
 
 struct Property {
@@ -149,11 +150,9 @@ class Body {
       return to_number(word).value_or(std::numeric_limits<double>::quiet_NaN());
     }
     if (rest_.size() < type.size) refuse_end();
-    char bytes[8];
-    std::memcpy(bytes, rest_.data(), type.size);
+    const double value = type.read(rest_.data(), swap_);
     rest_.remove_prefix(type.size);
-    if (swap_) std::reverse(bytes, bytes + type.size);
-    return type.read(bytes);
+    return value;
   }
 
   float next_coordinate(Type type) {
