@@ -8,15 +8,21 @@
 
 namespace qjulia {
 
+Ranks::Numbers Ranks::numbers_of(const std::string& bytes) {
+  Numbers numbers;
+  numbers.reserve(bytes.size());
+  for (const char byte : bytes) numbers.push_back(static_cast<unsigned char>(byte));
+  return numbers;
+}
+
 std::string Ranks::bytes_of(const Numbers& numbers) {
-  using Limits = std::numeric_limits<char>;
   std::string bytes;
   bytes.reserve(numbers.size());
   for (const double number : numbers) {
-    if (!(number >= Limits::min() && number <= Limits::max())) {
+    if (!(number >= 0 && number <= std::numeric_limits<unsigned char>::max())) {
       throw InputError(fmt::format("a rank has sent {} where a byte was expected", number));
     }
-    bytes += static_cast<char>(number);
+    bytes += static_cast<char>(static_cast<unsigned char>(number));
   }
   return bytes;
 }

@@ -20,8 +20,9 @@ class Ranks {
   /// called it.
   virtual std::vector<Numbers> all_gather(const Numbers& mine) = 0;
 
-  /// Bytes in the form that `all_gather` takes: a number for each byte.
-  static Numbers numbers_of(const std::string& bytes) { return {bytes.begin(), bytes.end()}; }
+  /// Bytes in the form that `all_gather` takes: a number from 0 to 255 for each byte, whether or
+  /// not this machine's `char` has a sign.
+  static Numbers numbers_of(const std::string& bytes);
   /// The bytes that `numbers_of` was given. @throws InputError when a number is not a byte.
   static std::string bytes_of(const Numbers& numbers);
 

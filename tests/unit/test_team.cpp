@@ -299,6 +299,18 @@ TEST_CASE("what rank 0 throws at a matrix ends all") {
   }
 }
 
+TEST_CASE("bytes are sent as 0 to 255 on every machine, and nothing else is taken for one") {
+  std::string bytes;
+  for (int n = 0; n < 256; ++n) bytes += static_cast<char>(static_cast<unsigned char>(n));
+  const Ranks::Numbers numbers = Ranks::numbers_of(bytes);
+  REQUIRE(numbers.size() == 256);
+  for (int n = 0; n < 256; ++n) CHECK(numbers[static_cast<std::size_t>(n)] == n);
+  CHECK(Ranks::bytes_of(numbers) == bytes);
+  for (const double wrong : {-1.0, 256.0, std::nan("")}) {
+    CHECK_THROWS_WITH(Ranks::bytes_of({wrong}), Catch::Matchers::ContainsSubstring("byte"));
+  }
+}
+
 TEST_CASE("the values of rank 0 are adopted by all") {
   for (const auto& [values, error] : on_ranks(3, [](Team& team) {
          const auto own = static_cast<std::size_t>(team.rank());
