@@ -170,13 +170,14 @@ DeviceInfo describe(const cl::Device& device, int platform_index, int device_ind
                   .opencl_version = device.getInfo<CL_DEVICE_VERSION>(),
                   .compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>(),
                   .clock_mhz = device.getInfo<CL_DEVICE_MAX_CLOCK_FREQUENCY>(),
-                  .native_float_lanes = device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>(),
                   .global_memory = device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>(),
                   .largest_allocation = device.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>(),
                   .local_memory = device.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>(),
                   .largest_work_group = device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>(),
                   .has_double = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0,
                   .shares_memory = device.getInfo<CL_DEVICE_HOST_UNIFIED_MEMORY>() != 0};
+  info.native_float_lanes =
+      float_lanes(info.kind, device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>());
   if (info.kind == DeviceKind::gpu) {
     const auto extensions = device.getInfo<CL_DEVICE_EXTENSIONS>();
     info.pci_address = pci_address(device, extensions);

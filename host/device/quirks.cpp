@@ -9,6 +9,15 @@ bool is_pocl(const DeviceInfo& info) { return info.platform_name == "Portable Co
 
 bool is_llvmpipe(const DeviceInfo& info) { return info.name.find("llvmpipe") != std::string::npos; }
 
+unsigned float_lanes(DeviceKind kind, unsigned said) {
+#if defined(__aarch64__) || defined(__x86_64__)
+  constexpr unsigned kLeast = 4;  // NEON and SSE2, which all of these CPUs have
+#else
+  constexpr unsigned kLeast = 1;
+#endif
+  return kind == DeviceKind::cpu ? std::max(said, kLeast) : said;
+}
+
 namespace {
 
 int preferred_lane_width(const DeviceInfo& info, Precision precision, Layout layout) {

@@ -10,6 +10,10 @@ bool is_pocl(const DeviceInfo& info);
 /// Mesa's llvmpipe: a CPU whose compiler makes its vectors out of neighbouring work-items.
 bool is_llvmpipe(const DeviceInfo& info);
 
+/// Floats in one of the device's vector registers. PoCL 3.1 says 1 of every CPU for aarch64.
+/// @param said by the driver.
+unsigned float_lanes(DeviceKind kind, unsigned said);
+
 /// The layout a device is chosen with. CPUs need explicit vectors: PoCL does not vectorise across
 /// work-items. GPUs are made of lanes: one to each work-item.
 Layout suited_layout(const DeviceInfo& info);

@@ -107,6 +107,16 @@ TEST_CASE("the fastest GPU is chosen, and the list says why") {
   CHECK(devices_on(kOld + ';' + kNew, {"--device", "gpu"})["chosen"] == "1:0");
 }
 
+#if defined(__aarch64__) || defined(__x86_64__)
+TEST_CASE("a CPU whose driver tells of one lane is shown with those of its architecture") {
+  const json devices = devices_on(kCpu + ';' + kOld)["devices"];
+  CHECK(devices[0]["native_float_lanes"] == 4);
+  // Billions of multiply-adds a second: 16 units at 5 GHz.
+  CHECK(devices[0]["estimated_speed"] == Catch::Approx(16 * 5 * 4));
+  CHECK(devices[1]["native_float_lanes"] == 1);
+}
+#endif
+
 TEST_CASE("a GPU that two platforms show is one device, and either can be asked for") {
   const std::string mesa = "rusticl=gpu|AD102|nouveau|999|9999|0|khr:2|";
   const std::string pocl =

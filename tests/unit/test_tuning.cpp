@@ -94,6 +94,15 @@ TEST_CASE("layouts suit their devices, and ask for no larger groups than a devic
   CHECK(single(llvmpipe, Layout::cpu).orbit_group == 1);
 }
 
+#if defined(__aarch64__) || defined(__x86_64__)
+TEST_CASE("a CPU has at least the lanes of its architecture, whatever its driver says") {
+  CHECK(device::float_lanes(DeviceKind::cpu, 0) == 4);
+  CHECK(device::float_lanes(DeviceKind::cpu, 1) == 4);
+  CHECK(device::float_lanes(DeviceKind::cpu, 16) == 16);
+  CHECK(device::float_lanes(DeviceKind::gpu, 1) == 1);
+}
+#endif
+
 TEST_CASE("differences are of the largest number") {
   CHECK(profiling::largest_difference({1, 2, 100}, {1, 2, 100}) == 0);
   CHECK(profiling::largest_difference({1, 3, 100}, {1, 2, 100}) == Catch::Approx(0.01));
