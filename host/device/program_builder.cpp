@@ -37,7 +37,7 @@ cl::Program from_source(const cl::Context& context, const cl::Device& device,
       }
     }
   }
-  cl::Program built(context, source);
+  cl::Program built(context, source_for(info, source));
   if (const cl_int code = built.build(device, line.c_str()); code != CL_SUCCESS) {
     throw KernelBuildError(fmt::format("{} did not build for '{}' with options {}\n{}", name,
                                        info.name, line,

@@ -61,6 +61,14 @@ Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout
 
 bool needs_kernels_of_its_own(const DeviceInfo& info) { return is_pocl(info); }
 
+std::string source_for(const DeviceInfo& info, const std::string& source) {
+  if (!is_pocl(info) || info.opencl_version.find("-aarch64-") == std::string::npos) return source;
+  // Those that Debian's PoCL 3.1 names, whose compiler is asked for atomics by calls.
+  return "#pragma clang attribute push(__attribute__((target(\"neon,outline-atomics,v8a\"))), "
+         "apply_to = function)\n#line 1\n" +
+         source + "\n#pragma clang attribute pop\n";
+}
+
 bool compiles_on_disk(const DeviceInfo& info) { return is_pocl(info); }
 
 bool gains_by_stored_programs(const DeviceInfo& info) { return info.kind != DeviceKind::cpu; }

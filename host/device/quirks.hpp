@@ -1,6 +1,8 @@
 #pragma once
 /// What must be known of particular OpenCL implementations, all in one place.
 
+#include <string>
+
 #include "qjulia/device.hpp"
 
 namespace qjulia::device {
@@ -32,6 +34,11 @@ std::size_t preferred_group_size(const DeviceInfo& info, int lane_width);
 /// for grids of different widths, but counts their uses by source and group size alone. Three of
 /// 129 batches of three to six fits at a time ended so, and none of 275 with kernels of their own.
 bool needs_kernels_of_its_own(const DeviceInfo& info);
+
+/// The source as the driver's compiler should get it. PoCL's own functions for aarch64 are compiled
+/// for features that its kernels lack, so that LLVM inlines none of them: in the plain walk over
+/// factors all but a few instructions passed arguments through memory.
+std::string source_for(const DeviceInfo& info, const std::string& source);
 
 /// Whether the driver compiles by way of files in base::kernel_cache.
 bool compiles_on_disk(const DeviceInfo& info);

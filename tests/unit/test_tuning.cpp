@@ -103,6 +103,24 @@ TEST_CASE("a CPU has at least the lanes of its architecture, whatever its driver
 }
 #endif
 
+TEST_CASE("PoCL on aarch64 alone gets sources with the features of its own functions") {
+  const std::string source = "kernel void f() {}\n";
+  DeviceInfo arm;
+  arm.kind = DeviceKind::cpu;
+  arm.platform_name = "Portable Computing Language";
+  arm.opencl_version = "OpenCL 3.0 PoCL HSTR: pthread-aarch64-unknown-linux-gnu-(null)";
+  const std::string adapted = device::source_for(arm, source);
+  CHECK_THAT(adapted, Catch::Matchers::StartsWith("#pragma clang attribute push") &&
+                          Catch::Matchers::ContainsSubstring("#line 1\n" + source) &&
+                          Catch::Matchers::EndsWith("#pragma clang attribute pop\n"));
+  DeviceInfo other = arm;
+  other.opencl_version = "OpenCL 3.0 PoCL HSTR: pthread-x86_64-pc-linux-gnu-znver4";
+  CHECK(device::source_for(other, source) == source);
+  other = arm;
+  other.platform_name = "rusticl";
+  CHECK(device::source_for(other, source) == source);
+}
+
 TEST_CASE("differences are of the largest number") {
   CHECK(profiling::largest_difference({1, 2, 100}, {1, 2, 100}) == 0);
   CHECK(profiling::largest_difference({1, 3, 100}, {1, 2, 100}) == Catch::Approx(0.01));
