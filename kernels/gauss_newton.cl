@@ -137,37 +137,32 @@ kernel void jacobian_squares(global const real* samples, int stride, int chunk,
 }
 
 // The coarse space's columns of J from the panels of all blocks, which hold `count` factors each at
-// most: the log scale, then a block's columns of one component added up. Work-item (m, b): block m,
-// samples b block … of the chunk. is_member: for each block, 1 for its factors and 0 for padding.
-kernel void coarse_panels(int blocks, int count, int chunk, int block, global const real* is_member,
+// most: the log scale, then a block's columns of one component added up. Work-item (s, m): sample s
+// of the panels, block m of `blocks`. is_member: for each block, 1 for its factors and 0 for
+// padding.
+kernel void coarse_panels(int blocks, int count, int chunk, global const real* is_member,
                           global const real* panels, global real* coarse) {
-  int m = (int)get_global_id(0);
-  if (m >= blocks) return;
-  int begin = (int)get_global_id(1) * block, end = min(begin + block, chunk);
+  int s = (int)get_global_id(0), m = (int)get_global_id(1);
+  if (s >= chunk) return;
   int component_tiles = QJ_MAP_STRIDE(count) / QJ_PANEL_TILE;
   size_t panel = (size_t)chunk * QJ_PANEL_TILE;
   is_member += m * QJ_MAP_STRIDE(count);
-  panels += m * QJ_PANEL_ORDER(count) * (size_t)chunk;
+  panels += m * QJ_PANEL_ORDER(count) * (size_t)chunk + s * QJ_PANEL_TILE;
+  coarse += s * QJ_PANEL_TILE;
   for (int c = 0; c < QJ_MAP_COMPONENTS; ++c) {
-    int column = 1 + m * QJ_MAP_COMPONENTS + c;
-    global real* out = coarse + column / QJ_PANEL_TILE * panel + column % QJ_PANEL_TILE;
-    for (int s = begin; s < end; ++s) {
-      global const real* at = panels + c * component_tiles * panel + s * QJ_PANEL_TILE;
-      lane sum = lane_of(0);
-      for (int i = 0; i < QJ_MAP_STRIDE(count); i += QJ_WIDTH) {
-        lane entries = lane_load(at + i / QJ_PANEL_TILE * panel + i % QJ_PANEL_TILE, 0);
-        sum = fma(lane_load(is_member + i, 0), entries, sum);
-      }
-      out[s * QJ_PANEL_TILE] = lane_sum(sum);
+    lane sum = lane_of(0);
+    for (int i = 0; i < QJ_MAP_STRIDE(count); i += QJ_WIDTH) {
+      int tile = c * component_tiles + i / QJ_PANEL_TILE;
+      lane entries = lane_load(panels + tile * panel + i % QJ_PANEL_TILE, 0);
+      sum = fma(lane_load(is_member + i, 0), entries, sum);
     }
+    int column = 1 + m * QJ_MAP_COMPONENTS + c;
+    coarse[column / QJ_PANEL_TILE * panel + column % QJ_PANEL_TILE] = lane_sum(sum);
   }
   if (m > 0) return;
-  for (int s = begin; s < end; ++s) {
-    global real* row = coarse + s * QJ_PANEL_TILE;
-    row[0] = panels[QJ_MAP_COMPONENTS * component_tiles * panel + s * QJ_PANEL_TILE];
-    for (int j = 1 + blocks * QJ_MAP_COMPONENTS; j < QJ_COARSE_ORDER(blocks); ++j) {
-      row[j / QJ_PANEL_TILE * panel + j % QJ_PANEL_TILE] = 0;
-    }
+  coarse[0] = panels[QJ_MAP_COMPONENTS * component_tiles * panel];
+  for (int j = 1 + blocks * QJ_MAP_COMPONENTS; j < QJ_COARSE_ORDER(blocks); ++j) {
+    coarse[j / QJ_PANEL_TILE * panel + j % QJ_PANEL_TILE] = 0;
   }
 }
 

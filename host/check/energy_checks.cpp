@@ -1,17 +1,13 @@
 #include <array>
-#include <numeric>
 
-#include "base/larger_error.hpp"
 #include "check/checks.hpp"
 #include "check/small_problems.hpp"
-#include "device/context.hpp"
 #include "energy/evaluator.hpp"
 #include "profile/workload.hpp"
 
 namespace qjulia::check {
 namespace {
 
-using base::larger_error;
 using profiling::kNoEscape;
 using profiling::largest_difference;
 using profiling::Workload;
@@ -27,6 +23,16 @@ std::vector<double> gradient(energy::Evaluator& evaluator, const Map& map) {
 std::vector<double> gauss_newton(energy::Evaluator& evaluator, const Map& map) {
   const Eigen::MatrixXd h = evaluator.gauss_newton(map);
   return {h.data(), h.data() + h.size()};
+}
+
+/// Of blocks of at most 16 factors and of the coarse space over them.
+std::vector<double> blocks(energy::Evaluator& evaluator, const Map& map) {
+  const auto found = evaluator.gauss_newton_blocks(map, energy::neighbour_blocks(map, 16));
+  std::vector<double> entries(found.coarse.data(), found.coarse.data() + found.coarse.size());
+  for (const Eigen::MatrixXd& own : found.own) {
+    entries.insert(entries.end(), own.data(), own.data() + own.size());
+  }
+  return entries;
 }
 
 /// What both evaluators make of the work, compared.
@@ -48,6 +54,8 @@ constexpr std::array kEnergyChecks{
           evaluated<gradient, kIterations>, true},
     Check{"gauss_newton.cl", "Gauss-Newton matrix, with the reference", 1e-4, 1e-10,
           evaluated<gauss_newton, 1>, true},
+    Check{"gauss_newton.cl", "blocks of that matrix, with the reference", 1e-4, 1e-10,
+          evaluated<blocks, 1>},
 };
 
 }  // namespace

@@ -56,7 +56,7 @@ struct CurvatureSum {
   /// γ: a matrix's weight relative to that of the next stage's.
   static constexpr double kKept = 0.85;
 
-  BlockCurvature sum;      ///< its coarse matrix is the last stage's, which has few unknowns
+  BlockCurvature sum;      ///< its coarse matrix is the last stage's, and not kept in files
   Eigen::VectorXd weight;  ///< K: Σ γ^age over the matrices in each factor's sum
 
   /// @param moved the numbers of the factors that were moved elsewhere since the last matrix.

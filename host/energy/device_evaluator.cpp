@@ -117,7 +117,14 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t order = QJ_PANEL_ORDER(factors_);
     const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
     const std::size_t step = step_of(curvature_samples(order));
-    add_jacobian_products(map, step, PanelProducts::Update::set, rows);
+    const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
+    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    sum_products(order, step, rows, [&](std::size_t first) {
+      device_.context().launch(jacobian,
+                               {{vectors, division_.panel_samples / division_.panel_block, 1}},
+                               {panel_arguments(map.dynamics.slice, factors_, step, first),
+                                samples_, map_, field_, panels_});
+    });
     return static_cast<double>(step) * to_symmetric(rows, order, places_of(factors_));
   }
 
@@ -159,13 +166,13 @@ class DeviceEvaluator final : public Evaluator {
       context.launch(jacobian, {{padded / division_.width, items, count}},
                      {panel_arguments(map.dynamics.slice, most, step, first), samples_, sent,
                       field_, panels_});
-      context.launch(gather, {{count, items, 1}},
-                     {narrow(count), narrow(most), narrow(samples), narrow(division_.panel_block),
-                      members, panels_, coarse_panels});
-      const auto update = first == 0 ? PanelProducts::Update::set : PanelProducts::Update::add;
-      products_(panels_, samples, order, count, update, own);
-      products_(coarse_panels, samples, coarse_order, 1, update, coarse);
+      context.launch(
+          gather, {{samples, count, 1}},
+          {narrow(count), narrow(most), narrow(samples), members, panels_, coarse_panels});
+      products_(panels_, samples, order, count, update_at(first), own);
+      products_(coarse_panels, samples, coarse_order, 1, update_at(first), coarse);
     }
+    panels_ = {};  // a whole stage of evaluations follows
     BlockCurvature result;
     result.blocks = blocks;
     std::vector<double> rows(count * order * order);
@@ -201,7 +208,7 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t order = QJ_PURSUIT_ORDER(count);
     const RealBuffer rows = device_.context().allocate_real(order * order, precision_);
     const std::size_t step = step_of(curvature_samples(order));
-    add_products(order, step, PanelProducts::Update::set, rows, [&](std::size_t first) {
+    sum_products(order, step, rows, [&](std::size_t first) {
       device_.context().launch(
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.dynamics.slice, count, step, first), samples_, sent, field_,
@@ -269,20 +276,6 @@ class DeviceEvaluator final : public Evaluator {
   /// One sample in so many is taken for a matrix, so that there are at most `most`.
   std::size_t step_of(std::size_t most) const { return divide_up(division_.stride, most); }
 
-  /// JᵀWJ over every step-th sample, with the field that run_energy left.
-  void add_jacobian_products(const Map& map, std::size_t step, PanelProducts::Update update,
-                             const RealBuffer& matrix) {
-    const auto jacobian = kernel("gauss_newton.cl", "jacobian_panels");
-    const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
-    const auto fill = [&](std::size_t first) {
-      device_.context().launch(jacobian,
-                               {{vectors, division_.panel_samples / division_.panel_block, 1}},
-                               {panel_arguments(map.dynamics.slice, factors_, step, first),
-                                samples_, map_, field_, panels_});
-    };
-    add_products(QJ_PANEL_ORDER(factors_), step, update, matrix, fill);
-  }
-
   /// The column of each unknown in a gradient row, and its row and column in H.
   static std::vector<std::int32_t> places_of(std::size_t k) {
     std::vector<std::int32_t> place(1 + QJ_MAP_COMPONENTS * k);
@@ -293,24 +286,27 @@ class DeviceEvaluator final : public Evaluator {
     return place;
   }
 
-  /// Updates the upper triangle of an order × order matrix, by rows, with PᵀP over every step-th
-  /// sample.
+  /// Sets the upper triangle of an order × order matrix, by rows, to PᵀP over every step-th sample.
   /// @param fill puts them, from number `first` of them on, into the panels P.
   template <class Fill>
-  void add_products(std::size_t order, std::size_t step, PanelProducts::Update update,
-                    const RealBuffer& matrix, const Fill& fill) {
+  void sum_products(std::size_t order, std::size_t step, const RealBuffer& matrix,
+                    const Fill& fill) {
     allocate_panels(order);
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += division_.panel_samples) {
       fill(first);
-      products_(panels_, division_.panel_samples, order, 1,
-                first == 0 ? update : PanelProducts::Update::add, matrix);
+      products_(panels_, division_.panel_samples, order, 1, update_at(first), matrix);
     }
+  }
+
+  static PanelProducts::Update update_at(std::size_t first) {
+    return first == 0 ? PanelProducts::Update::set : PanelProducts::Update::add;
   }
 
   /// Panels of fewer samples where the device has no memory for as many as asked for.
   void allocate_panels(std::size_t order) {
     if (panels_.size() >= division_.panel_samples * order) return;
+    panels_ = {};
     Context& context = device_.context();
     const std::size_t least = std::lcm(division_.panel_block, kLeastPanelSamples);
     for (;;) {

@@ -60,7 +60,7 @@ class Evaluator {
   virtual Eigen::MatrixXd gauss_newton(const Map& map) = 0;
   /// Its diagonal, over all samples: for maps whose whole matrix would be too large.
   virtual Eigen::VectorXd gauss_newton_diagonal(const Map& map) = 0;
-  /// The same matrix as far as blocks of the map's factors and the coarse space over them hold it.
+  /// H's blocks and the coarse matrix over them, with the samples of `gauss_newton`.
   virtual BlockCurvature gauss_newton_blocks(const Map& map, const NeighbourBlocks& blocks) = 0;
   /// The weighted scalar products over samples, of order 2 + m, of the columns 1, F_n − target and
   /// ln |x − c| for each of the m centres: what matching pursuit asks for, since F_1 is linear in
@@ -77,8 +77,8 @@ class Evaluator {
 /// Plain double loops with automatic differentiation: slow, and the standard of what is right.
 std::unique_ptr<Evaluator> make_reference_evaluator(Samples samples, const EnergySettings& options);
 
-/// The most samples that a device sums H of this order over, or its blocks. Where there are more, it
-/// takes an evenly spaced part of them. With fewer, steps follow the part rather than the whole
+/// The most samples over which a device sums H of this order, or H's blocks. Where there are more,
+/// it takes an evenly spaced part of them. With fewer, steps follow the part rather than the whole
 /// (docs/lab/fitting.md).
 constexpr std::size_t curvature_samples(std::size_t order) {
   constexpr std::size_t kLeast = 10'240;

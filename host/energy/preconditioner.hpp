@@ -10,8 +10,8 @@ namespace qjulia::energy {
 
 /// A step u stands for the move M u of the n variables that a stage moves, where M Mᵀ is about the
 /// inverse of H + λ diag H, for H the Gauss-Newton matrix by these variables. So by u, L-BFGS
-/// starts about as Newton's method does. Where R is square, M is R⁻¹; else steps have more numbers
-/// than moves.
+/// starts about as Newton's method does. M may have more columns than rows; then a step has more
+/// numbers than the move.
 class Preconditioner {
  public:
   virtual ~Preconditioner() = default;

@@ -6,6 +6,8 @@
 #include <array>
 #include <bit>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <ranges>
 #include <string_view>
 
 #include "base/fnv_hash.hpp"
@@ -59,22 +61,32 @@ json to_json(const CurvatureSum& curvature) {
   return json::array({std::vector<double>(weight.begin(), weight.end()), std::move(blocks)});
 }
 
-CurvatureSum curvature_from(const json& j) {
+/// A sum over the blocks of a map with so many factors, or an empty one; nothing where that is not
+/// what is there.
+std::optional<CurvatureSum> curvature_from(const json& j, std::size_t factors) {
   CurvatureSum curvature;
   const std::vector<double> weight = j.at(0);
   curvature.weight =
       Eigen::Map<const Eigen::VectorXd>(weight.data(), static_cast<Eigen::Index>(weight.size()));
+  std::vector<std::size_t> seen;
   for (const json& block : j.at(1)) {
-    const std::vector<std::size_t>& factors = curvature.sum.blocks.emplace_back(block.at(0));
+    const std::vector<std::size_t>& members = curvature.sum.blocks.emplace_back(block.at(0));
+    if (!std::ranges::is_sorted(members)) return std::nullopt;
+    seen.insert(seen.end(), members.begin(), members.end());
     const auto entries = block.at(1).get<std::vector<double>>();
-    const auto order = static_cast<Eigen::Index>(5 * factors.size());
-    Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(order, order);
-    std::size_t n = 0;
-    for (Eigen::Index k = 0; k < order; ++k) {
-      for (Eigen::Index i = k; i < order; ++i) lower(i, k) = entries.at(n++);
+    const std::size_t order = 5 * members.size();
+    if (entries.size() != order * (order + 1) / 2) return std::nullopt;
+    const auto n = static_cast<Eigen::Index>(order);
+    Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(n, n);
+    for (auto next = entries.begin(); Eigen::Index k : std::views::iota(Eigen::Index{0}, n)) {
+      std::copy_n(next, n - k, lower.col(k).tail(n - k).begin());
+      next += n - k;
     }
     curvature.sum.own.emplace_back(lower.selfadjointView<Eigen::Lower>());
   }
+  std::ranges::sort(seen);
+  const bool is_of_all = std::ranges::equal(seen, std::views::iota(std::size_t{0}, weight.size()));
+  if (!is_of_all || (!weight.empty() && weight.size() != factors)) return std::nullopt;
   return curvature;
 }
 
@@ -147,7 +159,9 @@ std::optional<FitState> Checkpoint::state_in(const std::string& content) const {
     state.most_triangles = j.at("most_triangles");
     state.seconds = j.at("seconds");
     for (const json& report : j.at("reports")) state.reports.push_back(report_from(report));
-    state.curvature = curvature_from(j.at("curvature"));
+    auto curvature = curvature_from(j.at("curvature"), state.map.dynamics.factors.size());
+    if (!curvature) throw problem_with_file("is damaged");
+    state.curvature = *std::move(curvature);
     for (const json& e : j.at("evaluated")) {
       state.evaluated.push_back({e.at(0), e.at(1).get<std::vector<double>>()});
     }

@@ -56,9 +56,14 @@ StageTime timed(const EvaluatorFactory& make_evaluator, const SamplePool& pool, 
   return {least_seconds_of(precondition, budget), least_seconds_of(evaluate, budget)};
 }
 
-/// @param probe a stage's time with `probed` factors: both its parts grow as their number does.
+/// @param probe a stage's time with `probed` factors.
 double stage_seconds(const StageTime& probe, double probed, double factors, const Level& level) {
-  return (probe.curvature + probe.evaluation * kLine * level.steps) * factors / probed;
+  const auto samples = [](double count) {
+    return static_cast<double>(curvature_samples(1 + 5 * static_cast<std::size_t>(count)));
+  };
+  return factors / probed *
+         (probe.curvature * samples(factors) / samples(probed) +
+          probe.evaluation * kLine * level.steps);
 }
 
 bool follows_time(const FitOptions& options, const Schedule& schedule) {

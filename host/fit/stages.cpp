@@ -222,11 +222,10 @@ std::unique_ptr<Preconditioner> Stages::preconditioner(Evaluator& evaluator,
                                                        const Subspace& subspace, const Level& level,
                                                        const std::vector<std::size_t>& moved) {
   const double damping = schedule_.damping;
-  const NeighbourBlocks blocks = neighbour_blocks(map_, kFactorsOfBlock);
-  const bool by_blocks = subspace.is_whole();
-  if (!by_blocks || !adds_up(level)) curvature_ = {};
+  if (!subspace.is_whole() || !adds_up(level)) curvature_ = {};
   try {
-    if (by_blocks) {
+    if (subspace.is_whole()) {
+      const NeighbourBlocks blocks = neighbour_blocks(map_, kFactorsOfBlock);
       BlockCurvature found = evaluator.gauss_newton_blocks(map_, blocks);
       if (!adds_up(level)) return preconditioner_of(found, damping);
       curvature_.add(std::move(found), moved);

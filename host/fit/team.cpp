@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 using Numbers = Ranks::Numbers;
 
 /// An evenly spaced part of the samples that stands for all in matrices, of which an evaluator
-/// takes a part again: at least four times as many as the largest matrix needs.
+/// takes a part again: at least four times as many as a matrix of 2,560 factors needs.
 Samples for_matrices(const Samples& samples) {
   constexpr std::size_t kEnough = 4 * curvature_samples(1 + 5 * kMostByMatrix);
   const std::size_t step = std::max<std::size_t>(1, samples.size() / kEnough);
@@ -25,8 +25,9 @@ Samples for_matrices(const Samples& samples) {
   return part;
 }
 
-/// Energies and gradients are the sums of the parts'. Matrices are rank 0's: with 331 factors a
-/// quarter of a second's work a stage, which takes longer to divide and exchange.
+/// Energies and gradients are the sums of the parts'. Every rank factors rank 0's blocks by the
+/// same instructions. Matrices are rank 0's: with 331 factors a quarter of a second's work a stage,
+/// which takes longer to divide and exchange.
 class DistributedEvaluator final : public Evaluator {
  public:
   DistributedEvaluator(Team& team, const EvaluatorFactory& local, int parts, const Samples& samples,

@@ -99,7 +99,7 @@ LaunchWork of_products(const Launch& launch) {
           count * (chunk * order + order * (order + 1)) * real_bytes_of(launch), false};
 }
 
-/// (blocks, count, chunk, …): a block's columns added up, component by component.
+/// (blocks, count, chunk, …): each block's columns added up, component by component.
 LaunchWork of_coarse_panels(const Launch& launch) {
   const double samples = double(launch.integer(0)) * launch.integer(2);
   const int entries = QJ_MAP_COMPONENTS * QJ_MAP_STRIDE(launch.integer(1));

@@ -63,8 +63,7 @@ struct FitOptions {
   /// 8 … 20000; none: as many as pay. With a time limit that is the largest number that leaves time
   /// for the stages the schedule asks for, on this device, as measured at the start; without one it
   /// is the schedule's own. More factors follow finer features; surfaces and pictures of the map
-  /// take time in proportion to them. Above 2,560 the preconditioner is diagonal, and each
-  /// evaluation gains less.
+  /// take time in proportion to them. Above 2,560 no factors are moved to other places.
   std::optional<int> factors;
   /// The largest number that is chosen where `factors` gives none, 1000 by default. Lower it where
   /// maps are to stay small.

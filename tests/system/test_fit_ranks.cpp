@@ -88,14 +88,14 @@ TEST_CASE("a fit is the same on one, two and three ranks") {
   }
 }
 
-TEST_CASE("a matrix that a device factorises gives the same fit on one and two ranks", "[slow]") {
+TEST_CASE("several blocks of factors give the same fit on one and two ranks", "[slow]") {
   const TemporaryFolder folder;
   const std::string mesh = torus(folder);
   for (const int parts : {1, 2}) {
     const std::string one = folder / "one.qjulia.json";
     const std::string two = folder / "two.qjulia.json";
-    REQUIRE(run_command(fit(mesh, one, 130, 80, parts)).exit_code == 0);
-    const ProcessResult done = run_ranks(2, with_program(fit(mesh, two, 130, 80, parts)));
+    REQUIRE(run_command(fit(mesh, one, 130, 140, parts)).exit_code == 0);
+    const ProcessResult done = run_ranks(2, with_program(fit(mesh, two, 130, 140, parts)));
     CAPTURE(parts, done.err);
     REQUIRE(done.exit_code == 0);
     CHECK(without_times(two) == without_times(one));
