@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "fit/random_point.hpp"
+
 namespace qjulia::fitting {
 namespace {
 
@@ -69,9 +71,7 @@ std::vector<Quaternion> draw_candidates(const Map& map, const Samples& samples,
     constexpr double kSmallestGap = 0.03;  // map units
     const double gap = std::max(distance_to_nearest(map, base), kSmallestGap);
     constexpr double kWidths[] = {0.25, 0.5, 1.0};
-    const Eigen::Vector3d x =
-        base + gap * Eigen::Vector3d(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8),
-                                     random.uniform(-0.8, 0.8));
+    const Eigen::Vector3d x = base + gap * point_in_cube(random, 0.8);
     const double side = i % 2 == 0 ? 1 : -1;
     centers.push_back({x.x(), x.y(), x.z(), side * gap * kWidths[random.index(3)]});
   }

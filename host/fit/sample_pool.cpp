@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "fit/random_point.hpp"
+
 namespace qjulia::fitting {
 namespace {
 
@@ -93,8 +95,7 @@ SamplePool make_sample_pool(const Shape& shape, const SignedDistance& distance, 
   const Eigen::Vector3d center = shape.mesh.box().center();
   points.resize(points_of(kAroundPoints));
   for (auto& x : points) {
-    x = center + Eigen::Vector3d(random.uniform(-kReach, kReach), random.uniform(-kReach, kReach),
-                                 random.uniform(-kReach, kReach));
+    x = center + point_in_cube(random, kReach);
   }
   pool.around = measured(distance, points, stop);
   points.resize(points_of(kBoxPoints));
