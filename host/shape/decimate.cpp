@@ -35,7 +35,48 @@ struct DoubleTraits : OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
   using Normal = OpenMesh::Vec3d;
 };
-using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<DoubleTraits>;
+
+/// A mesh with its own `is_collapse_ok`, which gives the same answers. That of the library is
+/// compiled with assertions that compare the names of types at each status, and takes most of a
+/// decimation.
+class HalfEdgeMesh : public OpenMesh::TriMesh_ArrayKernelT<DoubleTraits> {
+ public:
+  /// Whether the edge can be collapsed into the half-edge's end so that the surface stays manifold.
+  bool is_collapse_ok(HalfedgeHandle edge) {
+    const HalfedgeHandle back = opposite_halfedge_handle(edge);
+    const VertexHandle gone = to_vertex_handle(back), kept = to_vertex_handle(edge);
+    if (status(edge_handle(edge)).deleted() || status(gone).deleted() || status(kept).deleted()) {
+      return false;
+    }
+    if (is_ear(edge) || is_ear(back)) return false;
+    const VertexHandle left = apex(edge), right = apex(back);
+    if (left == right) return false;
+    neighbors_.clear();
+    for (const VertexHandle v : vv_range(kept)) neighbors_.push_back(v);
+    for (const VertexHandle v : vv_range(gone)) {
+      if (v != left && v != right && std::ranges::find(neighbors_, v) != neighbors_.end()) {
+        return false;
+      }
+    }
+    const bool joins_borders = is_boundary(gone) && is_boundary(kept);
+    return !joins_borders || is_boundary(edge) || is_boundary(back);
+  }
+
+ private:
+  /// Whether the triangle beside the half-edge has no other neighbours.
+  bool is_ear(HalfedgeHandle edge) const {
+    if (is_boundary(edge)) return false;
+    const HalfedgeHandle next = next_halfedge_handle(edge);
+    return is_boundary(opposite_halfedge_handle(next)) &&
+           is_boundary(opposite_halfedge_handle(next_halfedge_handle(next)));
+  }
+  /// The corner of the triangle beside the half-edge that lies opposite to it, if there is one.
+  VertexHandle apex(HalfedgeHandle edge) const {
+    return is_boundary(edge) ? VertexHandle() : to_vertex_handle(next_halfedge_handle(edge));
+  }
+
+  std::vector<VertexHandle> neighbors_;  ///< scratch
+};
 using Decimater = OpenMesh::Decimater::DecimaterT<HalfEdgeMesh>;
 
 constexpr std::size_t kCollapsesPolled = 1024;
