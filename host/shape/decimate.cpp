@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Utils/Property.hh>
-#include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModAspectRatioT.hh>
 #include <OpenMesh/Tools/Decimater/ModBaseT.hh>
 #include <OpenMesh/Tools/Decimater/ModHausdorffT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
-#include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,58 +23,14 @@
 #include "qjulia/error.hpp"
 #include "qjulia/progress.hpp"
 #include "shape/decimate_blocks.hpp"
+#include "shape/half_edge_mesh.hpp"
 #include "shape/triangle_tree.hpp"
 
 namespace qjulia {
 namespace {
 
-struct DoubleTraits : OpenMesh::DefaultTraits {
-  using Point = OpenMesh::Vec3d;
-  using Normal = OpenMesh::Vec3d;
-};
-
-/// A mesh with its own `is_collapse_ok`, which gives the same answers. That of the library is
-/// compiled with assertions that compare the names of types at each status, and takes most of a
-/// decimation.
-class HalfEdgeMesh : public OpenMesh::TriMesh_ArrayKernelT<DoubleTraits> {
- public:
-  /// Whether the edge can be collapsed into the half-edge's end so that the surface stays manifold.
-  bool is_collapse_ok(HalfedgeHandle edge) {
-    const HalfedgeHandle back = opposite_halfedge_handle(edge);
-    const VertexHandle gone = to_vertex_handle(back), kept = to_vertex_handle(edge);
-    if (status(edge_handle(edge)).deleted() || status(gone).deleted() || status(kept).deleted()) {
-      return false;
-    }
-    if (is_ear(edge) || is_ear(back)) return false;
-    const VertexHandle left = apex(edge), right = apex(back);
-    if (left == right) return false;
-    neighbors_.clear();
-    for (const VertexHandle v : vv_range(kept)) neighbors_.push_back(v);
-    for (const VertexHandle v : vv_range(gone)) {
-      if (v != left && v != right && std::ranges::find(neighbors_, v) != neighbors_.end()) {
-        return false;
-      }
-    }
-    const bool joins_borders = is_boundary(gone) && is_boundary(kept);
-    return !joins_borders || is_boundary(edge) || is_boundary(back);
-  }
-
- private:
-  /// Whether the triangle beside the half-edge has no other neighbours.
-  bool is_ear(HalfedgeHandle edge) const {
-    if (is_boundary(edge)) return false;
-    const HalfedgeHandle next = next_halfedge_handle(edge);
-    return is_boundary(opposite_halfedge_handle(next)) &&
-           is_boundary(opposite_halfedge_handle(next_halfedge_handle(next)));
-  }
-  /// The corner of the triangle beside the half-edge that lies opposite to it, if there is one.
-  VertexHandle apex(HalfedgeHandle edge) const {
-    return is_boundary(edge) ? VertexHandle() : to_vertex_handle(next_halfedge_handle(edge));
-  }
-
-  std::vector<VertexHandle> neighbors_;  ///< scratch
-};
-using Decimater = OpenMesh::Decimater::DecimaterT<HalfEdgeMesh>;
+using shape::Collapser;
+using shape::HalfEdgeMesh;
 
 constexpr std::size_t kCollapsesPolled = 1024;
 constexpr std::size_t kFewestLeft = 4;
@@ -97,17 +50,6 @@ constexpr double kMeasureSlack = 0.02;
 constexpr double kVertexShare = 0.7;
 /// Number of decimations with an error; four are usual.
 constexpr int kMostDecimations = 12;
-
-/// Ends the decimation when a stop is asked for.
-class StopObserver : public OpenMesh::Decimater::Observer {
- public:
-  explicit StopObserver(const std::stop_token& stop) : Observer(kCollapsesPolled), stop_(stop) {}
-  void notify(std::size_t /*step*/) override {}
-  bool abort() const override { return stop_.stop_requested(); }
-
- private:
-  const std::stop_token& stop_;
-};
 
 /// Colours of the vertices that went into one.
 struct ColorSum {
@@ -288,10 +230,7 @@ Collapsed decimated_at_once(TriangleMesh mesh, const DecimateOptions& options,
   half_edges.request_face_normals();  // what flipping is judged by
   half_edges.update_face_normals();
 
-  Decimater decimater(half_edges);
-  OpenMesh::Decimater::ModQuadricT<HalfEdgeMesh>::Handle harm;
-  decimater.add(harm);
-  decimater.module(harm).unset_max_err();  // it ranks collapses and forbids none
+  Collapser decimater(half_edges);
   OpenMesh::Decimater::ModNormalFlippingT<HalfEdgeMesh>::Handle folds;
   decimater.add(folds);
   OpenMesh::Decimater::ModAspectRatioT<HalfEdgeMesh>::Handle slivers;
@@ -322,11 +261,7 @@ Collapsed decimated_at_once(TriangleMesh mesh, const DecimateOptions& options,
     decimater.add(adder);
     decimater.module(adder).add_to(*colors);
   }
-  StopObserver observer(stop);
-  decimater.set_observer(&observer);
-  decimater.initialize();
-  decimater.decimate_to_faces(0, options.most.value_or(0));
-  throw_if_stopped(stop);
+  decimater.collapse_to(options.most.value_or(0), stop);
 
   found.mesh = collected(half_edges);
   if (has_normals) found.mesh.normals = normals_of(found.mesh);

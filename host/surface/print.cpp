@@ -125,11 +125,11 @@ TriangleMesh meshed(const TriangleMesh& mesh, const Grid& grid, int halo, const 
     throw_if_stopped(monitor.stop);
     monitor.report({activity, static_cast<double>(z) / grid.points.z(), -1, {}});
     const int count = std::min(at_once, grid.points.z() - z);
-    const SlabField field =
-        field_of(placed.distances(z - halo, count + 2 * halo, monitor.stop), z - halo);
+    const int first = std::max(0, z - halo), last = std::min(grid.points.z(), z + count + halo);
+    const SlabField field = field_of(placed.distances(first, last - first, monitor.stop), first);
     const std::span<const float> values = field.values;
-    for (int k = 0; k < count; ++k) {
-      cubes.add(values.subspan(static_cast<std::size_t>(halo + k) * slice, slice), slab);
+    for (int k = z - first; k < z - first + count; ++k) {
+      cubes.add(values.subspan(static_cast<std::size_t>(k) * slice, slice), slab);
     }
     builder.add(cubes.take());
   }
