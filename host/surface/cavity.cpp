@@ -87,13 +87,28 @@ void Cavity::bore(const SlabField& near, double shell, double diameter) {
   const auto lowest = static_cast<std::size_t>(first - values.begin()) / slice;
   const auto begin = values.begin() + static_cast<std::ptrdiff_t>(lowest * slice);
   const auto start = std::min_element(begin, begin + static_cast<std::ptrdiff_t>(slice));
-  Eigen::Vector3i index = index_of(static_cast<std::size_t>(start - values.begin()), grid_.points);
+  const Eigen::Vector3i index =
+      index_of(static_cast<std::size_t>(start - values.begin()), grid_.points);
   const Eigen::Vector3d from = grid_.point(index);
-  while (index.z() > 0 && near.values[number_of(index, grid_.points)] < 0) --index.z();
   axis_ = from.head<2>();
   radius_ = diameter / 2;
   top_ = from.z() + radius_;
-  bottom_ = grid_.point(index).z() - shell - diameter;
+  // Straight down from each point of the hole, the first one that is outside; what lies farther
+  // down is another part of the body.
+  const auto exit_from = [&](Eigen::Vector3i at) {
+    while (at.z() > 0 && near.values[number_of(at, grid_.points)] < 0) --at.z();
+    return grid_.point(at).z();
+  };
+  double lowest_exit = exit_from(index);
+  const double least = lowest_exit - shell - diameter;  // along a steep wall there may be none
+  const int reach = static_cast<int>(std::ceil(radius_ / grid_.step));
+  for_around({grid_.points.x(), grid_.points.y(), 1}, {index.x(), index.y(), 0}, reach,
+             [&](std::size_t, const Eigen::Vector3i& across) {
+               const Eigen::Vector3i at(across.x(), across.y(), index.z());
+               if ((grid_.point(at) - from).norm() > radius_ + grid_.step) return;
+               lowest_exit = std::min(lowest_exit, exit_from(at));
+             });
+  bottom_ = std::max(lowest_exit - 0.5 * grid_.step, least);
 }
 
 double Cavity::at(const Eigen::Vector3d& x) const {

@@ -42,6 +42,9 @@ constexpr int kMostPrintSteps = 6;
 constexpr double kWallSlack = 1.003;
 /// Coarser triangles make walls thinner; walls are made thicker by this factor beforehand.
 constexpr double kDecimationSlack = 1.02;
+/// A shell is at least this multiple of the least wall, because a cavity's surface is off by up to
+/// a tenth of its grid's step, of which there are four in a shell.
+constexpr double kShellSlack = 1.03;
 /// If the size after the first try is off by more than this share, the foot is cut again at another
 /// scale.
 constexpr double kFootSlack = 0.02;
@@ -84,6 +87,12 @@ class Foot {
     const double steps = (*height_ - grid.origin.z()) / grid.step;
     grid.origin.z() += (steps - std::floor(steps) - 0.5) * grid.step;
     grid.points.z() += 1;
+  }
+
+  /// The foot's height in steps above a slice of the grid, if there is a foot.
+  std::optional<float> above(const Grid& grid, int slice) const {
+    if (!height_) return std::nullopt;
+    return static_cast<float>((*height_ - grid.origin.z()) / grid.step - slice);
   }
 
   /// Leaves what is above the foot.
@@ -168,7 +177,7 @@ TriangleMesh solid_of(const TriangleMesh& mesh, double radius, double min_wall, 
       [&](SlabField near, int first) {
         foot.cut(grid, first, near);
         if (!thickens) return near;
-        SlabField field = thickened(near, walls, monitor.stop);
+        SlabField field = thickened(near, walls, foot.above(grid, first), monitor.stop);
         foot.cut(grid, first, field);
         return field;
       },
@@ -184,7 +193,7 @@ struct HollowMesh {
 
 HollowMesh hollowed(const TriangleMesh& mesh, const PrintOptions& options, double edge,
                     const Foot& foot, const ProgressMonitor& monitor) {
-  const double shell = *options.shell;
+  const double shell = std::max(*options.shell, kShellSlack * options.min_wall.value_or(0));
   double step = std::min(edge, shell / kStepsACavityWall);
   if (options.drain > 0) step = std::min(step, options.drain / kStepsADrain);
   const Cavity cavity(mesh, shell, options.drain, monitor.stop);
@@ -311,6 +320,7 @@ class PrintJob {
     std::optional<double> plane;
     if (options_.flat_foot) plane = 0;
     double thinnest = 0;
+    std::optional<double> decimated;  // the thinnest walls after the last decimation
     for (int i = 1;; ++i) {
       body.enlarge_by(size_correction(body.mesh, options_));
       thinnest = body.thinnest;
@@ -319,6 +329,9 @@ class PrintJob {
         PrintMesh made = finished(body);
         if (made.report.thinnest >= wall_) return made;
         thinnest = made.report.thinnest;
+        const double gained = thinnest - decimated.value_or(0);
+        if (thinnest + (kMostPrintSteps - i) * gained < wall_) throw too_few_triangles(thinnest);
+        decimated = thinnest;
         most = kMostGrowthForTriangles;
       }
       if (i == kMostPrintSteps) break;
@@ -337,6 +350,14 @@ class PrintJob {
   }
 
  private:
+  /// Thicker walls before the decimation do not help, or too little.
+  Error too_few_triangles(double thinnest) const {
+    return Error(fmt::format(
+        "walls are {} thick, but with so few triangles a hundredth of the surface has walls "
+        "thinner than {:.4g}; allow more triangles or a smaller error, or ask for a thinner wall",
+        wall_, thinnest));
+  }
+
   bool decimates() const { return options_.max_triangles || options_.max_error; }
 
   double thinnest_of(const TriangleMesh& mesh) const {

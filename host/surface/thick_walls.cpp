@@ -27,6 +27,8 @@ constexpr float kFillet = 0.75F, kFilletReach = 1;
 constexpr float kRidgeSlope = 0.6F;
 /// A wall that lies between points of the grid has its ridge at points outside, not deeper than it.
 constexpr float kMissed = 0.5F;
+/// Balls that stand on a flat foot have their centres this many radii above it.
+constexpr float kStanding = 0.92F;
 
 bool is_on_ridge(const SlabField& depth, std::size_t number, const Eigen::Vector3i& index) {
   bool is_ridge = true;
@@ -85,11 +87,14 @@ int halo_of(const ThickWalls& walls) {
   const float to_depth = r + kDeeper + 1 + kNearReach;
   const float to_opening = r + kDeeper + walls.tolerance + reach_beyond(walls);
   const float to_fillets = kFillet * r + kDeeper + 2;
-  return static_cast<int>(std::ceil(to_depth + to_opening + r + reach_beyond(walls) + to_fillets)) +
+  const float to_standing = kStanding * r + 1;
+  return static_cast<int>(std::ceil(to_depth + to_opening + r + reach_beyond(walls) + to_fillets +
+                                    to_standing)) +
          3;
 }
 
-SlabField thickened(const SlabField& near, const ThickWalls& walls, const std::stop_token& stop) {
+SlabField thickened(const SlabField& near, const ThickWalls& walls, std::optional<float> floor,
+                    const std::stop_token& stop) {
   const float r = walls.radius;
   const SlabField depth = depths(near, r + kDeeper + 1, stop);
   SlabField opened(near.points, kFarAway);
@@ -103,9 +108,12 @@ SlabField thickened(const SlabField& near, const ThickWalls& walls, const std::s
     }
   });
   SlabField ridges(near.points, kFarAway);
+  const int lowest = floor ? static_cast<int>(std::ceil(*floor + kStanding * r)) : 0;
   for_each_point(depth, stop, [&](std::size_t number, const Eigen::Vector3i& index) {
     if (depth.values[number] <= -kMissed || opened.values[number] <= walls.tolerance) return;
-    if (is_on_ridge(depth, number, index)) add_ball(ridges, index, r, r + reach_beyond(walls));
+    if (!is_on_ridge(depth, number, index)) return;
+    const Eigen::Vector3i center(index.x(), index.y(), std::max(index.z(), lowest));
+    add_ball(ridges, center, r, r + reach_beyond(walls));
   });
   SlabField result = std::move(opened);
   for (std::size_t i = 0; i < result.values.size(); ++i) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Walls made thicker where they are thinner than a ball, on slices of a grid.
 
+#include <optional>
 #include <stop_token>
 
 #include "surface/slab_distances.hpp"
@@ -24,6 +25,9 @@ double margin_of(const ThickWalls& walls);
 /// first by more than the tolerance; and from fillets between the latter. It is negative inside,
 /// and exact near its zeros.
 /// @param near the solid's, as `MeshInGrid::distances`.
-SlabField thickened(const SlabField& near, const ThickWalls& walls, const std::stop_token& stop);
+/// @param floor where the solid is cut flat, in steps above the first slice: the second kind of
+/// balls stand on it, for it would cut them thinner.
+SlabField thickened(const SlabField& near, const ThickWalls& walls, std::optional<float> floor,
+                    const std::stop_token& stop);
 
 }  // namespace qjulia::surface

@@ -169,6 +169,50 @@ TEST_CASE("a hollow print has a wall of one thickness and a drain") {
   CHECK(inspect(closed.mesh).components == 2);
 }
 
+TEST_CASE("a drain ends outside and leaves alone what lies below") {
+  // A ball above a plate, 1.5 below it, which a post connects to the ball.
+  const TriangleMesh body = solid_of(150, 32, [](const Eigen::Vector3d& p) {
+    const Eigen::Vector3d up = p - Eigen::Vector3d(0, 0, 2);
+    const double plate = std::max(p.head<2>().norm() - 8, std::abs(p.z() + 10.5) - 1);
+    const double post =
+        std::max((p.head<2>() - Eigen::Vector2d(6, 0)).norm() - 1.2, std::abs(p.z() + 7) - 3);
+    return std::min({up.norm() - 10, plate, post});
+  });
+  const auto near_axis = [](const TriangleMesh& mesh, double low, double high) {
+    return std::ranges::count_if(mesh.vertices, [&](const Eigen::Vector3d& x) {
+      return x.head<2>().norm() < 1 && x.z() > low && x.z() < high;
+    });
+  };
+  const PrintMesh made = made_printable(body, {.shell = 2, .drain = 3});
+  check_solid(made.mesh);
+  CHECK(near_axis(made.mesh, -8.5, -5.5) == 0);  // the hole through the ball
+  CHECK(near_axis(made.mesh, -12, -9) >= near_axis(body, -12, -9) / 2);  // the plate's two sides
+}
+
+TEST_CASE("balls that thicken a wall stand on the flat foot") {
+  // A column on a thin plate, of which the foot takes a part.
+  const TriangleMesh body = solid_of(120, 20, [](const Eigen::Vector3d& p) {
+    const double plate = std::max(p.head<2>().norm() - 8, std::abs(p.z() + 4.5) - 0.5);
+    return std::min(plate, std::max(p.head<2>().norm() - 3, std::abs(p.z()) - 5));
+  });
+  const PrintMesh made = made_printable(body, {.min_wall = 2, .flat_foot = 0.4});
+  check_solid(made.mesh);
+  CHECK(made.report.thinnest >= 2);
+}
+
+TEST_CASE("a shell as thick as the least wall has that wall") {
+  const PrintMesh made =
+      made_printable(shapes::sphere(5, 10), {.min_wall = 2, .shell = 2, .drain = 0});
+  CHECK(made.report.thinnest >= 2);
+  CHECK(wall_thickness(made.mesh).median < 2.1);
+}
+
+TEST_CASE("too few triangles for the walls are what a refusal names") {
+  CHECK_THROWS_WITH(
+      made_printable(tufted_ball(), {.height = 80, .min_wall = 2, .max_triangles = 60}),
+      Catch::Matchers::ContainsSubstring("allow more triangles"));
+}
+
 TEST_CASE("what cannot be printed so is refused by name") {
   const TriangleMesh ball = shapes::sphere(3);
   const auto fails = [&](const PrintOptions& options, const char* text) {
