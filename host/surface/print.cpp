@@ -37,6 +37,8 @@ constexpr double kFirstRadius = 0.52;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.1;
 /// The most that it grows by if walls are thick enough, but not with so few triangles.
 constexpr double kMostGrowthForTriangles = 1.3;
+/// A try gains at most this share of the least wall when walls get lost in decimation.
+constexpr double kMostGained = 0.25;
 constexpr int kMostPrintSteps = 6;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
@@ -320,7 +322,7 @@ class PrintJob {
     std::optional<double> plane;
     if (options_.flat_foot) plane = 0;
     double thinnest = 0;
-    std::optional<double> decimated;  // the thinnest walls after the last decimation
+    double best = 0;  // of the thinnest walls after decimations
     for (int i = 1;; ++i) {
       body.enlarge_by(size_correction(body.mesh, options_));
       thinnest = body.thinnest;
@@ -329,9 +331,10 @@ class PrintJob {
         PrintMesh made = finished(body);
         if (made.report.thinnest >= wall_) return made;
         thinnest = made.report.thinnest;
-        const double gained = thinnest - decimated.value_or(0);
-        if (thinnest + (kMostPrintSteps - i) * gained < wall_) throw too_few_triangles(thinnest);
-        decimated = thinnest;
+        best = std::max(best, thinnest);
+        if (best + (kMostPrintSteps - i) * kMostGained * wall_ < wall_) {
+          throw too_few_triangles(best);
+        }
         most = kMostGrowthForTriangles;
       }
       if (i == kMostPrintSteps) break;

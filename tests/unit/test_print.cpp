@@ -208,9 +208,15 @@ TEST_CASE("a shell as thick as the least wall has that wall") {
 }
 
 TEST_CASE("too few triangles for the walls are what a refusal names") {
-  CHECK_THROWS_WITH(
-      made_printable(tufted_ball(), {.height = 80, .min_wall = 2, .max_triangles = 60}),
-      Catch::Matchers::ContainsSubstring("allow more triangles"));
+  std::set<std::string> steps;
+  ProgressMonitor monitor;
+  monitor.on_progress = [&](const Progress& progress) { steps.insert(progress.detail); };
+  const PrintOptions options{.height = 80, .min_wall = 2, .max_triangles = 400};
+  CHECK_THROWS_WITH(made_printable(tufted_ball(), options, monitor),
+                    Catch::Matchers::ContainsSubstring("with so few triangles"));
+  // It is refused as soon as the tries that are left cannot do.
+  CHECK(steps.contains("step 3 of at most 6"));
+  CHECK_FALSE(steps.contains("step 4 of at most 6"));
 }
 
 TEST_CASE("what cannot be printed so is refused by name") {
