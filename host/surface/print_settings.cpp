@@ -39,8 +39,8 @@ std::span<const SettingOf<PrintOptions>> print_settings() {
            "each other, in millimetres if the mesh has a size in millimetres, else in the "
            "shape's units; with `max_triangles`, until the first of the two limits is reached. "
            "The summary says which one ended it, and the farthest distance that was measured, at "
-           "vertices and midpoints; between them a few points in ten thousand lie up to half as "
-           "far again"),
+           "25 points of each triangle; between them about one point in a hundred thousand lies up "
+           "to 15 % farther than this distance"),
        [](PrintOptions& o) -> ValuePlace { return &o.max_error; }},
       {length("min_wall", "1",
               "Thicken walls that are thinner than this, until at most a hundredth of the surface "

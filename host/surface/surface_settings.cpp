@@ -33,7 +33,7 @@ std::vector<SettingOf<SurfaceOptions>> own_surface_settings() {
        [](SurfaceOptions& o) -> ValuePlace { return &o.refine; }},
       {{.name = "draft",
         .example = "",
-        .help = "Look orbits up in tables instead of computing them: two to three times as fast "
+        .help = "Look orbits up in tables instead of computing them: about twice as fast "
                 "for maps of 1,000 factors. On three maps at 256 cells, 88 to 98 % of the vertices "
                 "lay within a quarter of a cell of the default mesh, and the farthest 3 to 6 cells "
                 "away: tips of tufts come and go"},

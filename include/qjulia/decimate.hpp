@@ -46,8 +46,9 @@ struct Decimation {
 /// small enough already comes back as it is.
 ///
 /// If an error is given, a collapse that would take a vertex of the mesh too far from the surface
-/// is left out. Then distances are measured from the midpoints of all triangles and edges of the
-/// mesh to the result, and from those of the result to the mesh. Where one exceeds the error, the
+/// is left out. Then distances are measured from 25 points of each triangle of the mesh to the
+/// result, and from those of the result to the mesh: from the points that divide edges into six,
+/// and those between them. Where one exceeds the error, the
 /// mesh's vertices there are held fixed, and it is decimated again, up to twelve times in all; if
 /// that does not help, the mesh is returned unchanged. Vertices of the result are vertices of the
 /// mesh.

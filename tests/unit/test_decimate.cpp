@@ -95,6 +95,20 @@ TEST_CASE("a decimated mesh stays within the error, both ways") {
   CHECK(decimated(torus, {20'000, 0.016}).triangles.size() > 19'990);
 }
 
+TEST_CASE("few points between those that are measured lie beyond the error") {
+  const TriangleMesh torus = shapes::torus(1, 0.35, 256, 128);
+  constexpr double kError = 0.016;
+  const TriangleMesh found = decimated(torus, {std::nullopt, kError});
+  CHECK(found.triangles.size() < torus.triangles.size());
+  const shape::TriangleTree tree(torus);
+  int beyond = 0;
+  for (const shape::TrianglePoint& point : shape::sample_triangles(found, 200'000, 1)) {
+    if (tree.nearest(point.position(found)).distance > kError) ++beyond;
+  }
+  CAPTURE(found.triangles.size());
+  CHECK(beyond < 10);
+}
+
 TEST_CASE("a surface as rough as the error loses triangles where it is smoother than that") {
   // One half of this sphere is smooth, and the vertices of the other are off it by up to 0.03.
   TriangleMesh sphere = shapes::sphere(5);
