@@ -96,16 +96,18 @@ TEST_CASE("a decimated mesh stays within the error, both ways") {
 }
 
 TEST_CASE("few points between those that are measured lie beyond the error") {
-  const TriangleMesh torus = shapes::torus(1, 0.35, 256, 128);
-  constexpr double kError = 0.016;
-  const TriangleMesh found = decimated(torus, {std::nullopt, kError});
-  CHECK(found.triangles.size() < torus.triangles.size());
-  const shape::TriangleTree tree(torus);
+  TriangleMesh sphere = shapes::sphere(5);
+  for (std::size_t v = 0; v < sphere.vertices.size(); ++v) {
+    sphere.vertices[v] *= 1 + 0.01 * std::sin(7919.0 * static_cast<double>(v));
+  }
+  constexpr double kError = 0.01;
+  const TriangleMesh found = decimated(sphere, {std::nullopt, kError});
+  CHECK(found.triangles.size() < sphere.triangles.size());
+  const shape::TriangleTree tree(sphere);
   int beyond = 0;
   for (const shape::TrianglePoint& point : shape::sample_triangles(found, 200'000, 1)) {
     if (tree.nearest(point.position(found)).distance > kError) ++beyond;
   }
-  CAPTURE(found.triangles.size());
   CHECK(beyond < 10);
 }
 
