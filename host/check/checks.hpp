@@ -9,8 +9,6 @@
 namespace qjulia::check {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-/// For a tolerance: there is no check at this precision.
-constexpr double kNotBuilt = -1;
 
 struct Check {
   const char* program;

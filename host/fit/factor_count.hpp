@@ -9,7 +9,7 @@
 namespace qjulia::fitting {
 
 constexpr int kLeastFactors = 8, kMostFactors = 20'000;
-constexpr int kMostChosenFactors = 1000;  ///< unless FitOptions::max_factors says otherwise
+constexpr int kMostChosenFactors = 1500;  ///< unless FitOptions::max_factors says otherwise
 
 /// Evaluations that a fit makes unless time ends it.
 int planned_evaluations(const FitOptions& options, const Schedule& schedule);

@@ -65,7 +65,7 @@ struct FitOptions {
   /// is the schedule's own. More factors follow finer features; surfaces and pictures of the map
   /// take time in proportion to them. Above 2,560 no factors are moved to other places.
   std::optional<int> factors;
-  /// The largest number that is chosen where `factors` gives none, 1000 by default. Lower it where
+  /// The largest number that is chosen where `factors` gives none, 1500 by default. Lower it where
   /// maps are to stay small.
   std::optional<int> max_factors;
   /// δ, the thickness of the fractal shell as a fraction of the box's diagonal, 0.0001 … 0.1, or a

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <utility>
 
+#include "device/opencl.hpp"
 #include "fit/placement.hpp"
 #include "fit/stages.hpp"
 #include "forwarding_evaluator.hpp"
@@ -41,6 +42,28 @@ class MortalEvaluator final : public test::ForwardingEvaluator {
 
  private:
   int& left_;
+};
+
+/// Has no memory for the second of all matrices by blocks; counts them, and diagonals.
+class Forgetful final : public test::ForwardingEvaluator {
+ public:
+  Forgetful(std::unique_ptr<energy::Evaluator> evaluator, int& matrices, int& diagonals)
+      : ForwardingEvaluator(std::move(evaluator)), matrices_(matrices), diagonals_(diagonals) {}
+  energy::BlockCurvature gauss_newton_blocks(const Map& map,
+                                             const energy::NeighbourBlocks& blocks) override {
+    if (++matrices_ == 2) {
+      throw DeviceError("toy", "clCreateBuffer", CL_MEM_OBJECT_ALLOCATION_FAILURE);
+    }
+    return ForwardingEvaluator::gauss_newton_blocks(map, blocks);
+  }
+  Eigen::VectorXd gauss_newton_diagonal(const Map& map) override {
+    ++diagonals_;
+    return ForwardingEvaluator::gauss_newton_diagonal(map);
+  }
+
+ private:
+  int& matrices_;
+  int& diagonals_;
 };
 
 /// A unit sphere where the wanted detail is a shell of half the thickness.
@@ -158,6 +181,40 @@ TEST_CASE("a checkpoint keeps the sum of matrices, entry by entry") {
   CHECK(kept.weight == state.curvature.weight);
   CHECK(kept.sum.blocks == state.curvature.sum.blocks);
   CHECK(kept.sum.own == state.curvature.sum.own);
+
+  const auto check_refused = [&](const auto& damage) {
+    fitting::FitState damaged = state;
+    damage(damaged.curvature);
+    checkpoint.save(damaged);
+    CHECK_THROWS_WITH(test::kept_in(checkpoint), Catch::Matchers::ContainsSubstring("is damaged"));
+  };
+  check_refused([](fitting::CurvatureSum& c) { c.weight = Eigen::VectorXd::Ones(4); });
+  check_refused([](fitting::CurvatureSum& c) { c.sum.blocks.front().back() = 5; });
+  check_refused([](fitting::CurvatureSum& c) { c.sum.blocks.front() = {3, 0}; });
+  check_refused([](fitting::CurvatureSum& c) { c.sum.own.front().conservativeResize(9, 9); });
+}
+
+TEST_CASE("a stage without memory for blocks goes on with the diagonal, and the sum begins anew") {
+  const auto pool = sphere_pool(4000);
+  FitOptions options;
+  options.factors = 8;
+  int matrices = 0, diagonals = 0;
+  ToyProblem problem(
+      [&](const fitting::Level& level, base::Random& random) { return pool.draw(level, random); });
+  const auto start = fitting::place_factors(energy::make_reference_evaluator, pool, 8, 1);
+  problem.make_evaluator = [&](const energy::Samples& samples,
+                               const energy::EnergySettings& settings) {
+    return std::make_unique<Forgetful>(energy::make_reference_evaluator(samples, settings),
+                                       matrices, diagonals);
+  };
+  fitting::Stages stages(problem, start, plan_of(options, {40, 1e-3, {small_level()}}));
+  while (!stages.step()) {
+  }
+  CHECK(stages.reports().size() == static_cast<std::size_t>(matrices));
+  CHECK(matrices > 2);
+  CHECK(diagonals == 1);  // of the second stage
+  const auto& reports = stages.reports();
+  CHECK(reports.back().energy_after < reports.front().energy_before);
 }
 
 TEST_CASE("an interrupted fit keeps every evaluation it made, and its plan") {
