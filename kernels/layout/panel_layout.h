@@ -18,8 +18,8 @@
 #define QJ_PURSUIT_ONES(centers) QJ_MAP_STRIDE(centers)
 #define QJ_PURSUIT_RESIDUALS(centers) (QJ_MAP_STRIDE(centers) + 1)
 
-/* Panels of the coarse space over blocks of factors: the log scale's column, then one for each block
-   and component of a map. */
+/* Panels of the coarse space over blocks of factors: the log scale's column, then one for each
+   block and component of a map. */
 #define QJ_COARSE_TILES(blocks) ((QJ_MAP_COMPONENTS * (blocks) / QJ_PANEL_TILE + 2) / 2 * 2)
 #define QJ_COARSE_ORDER(blocks) (QJ_COARSE_TILES(blocks) * QJ_PANEL_TILE)
 
