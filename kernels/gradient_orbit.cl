@@ -93,7 +93,7 @@ factor_loop qlane pull_back(qlane q, qlane u, lane f_bar, qlane u_bar, global co
   return q_bar;
 }
 
-// The same where no lane has an iterate after this one: F alone matters, and no versor.
+// Pulls back where no lane has an iterate after this one: F alone matters, and no versor.
 factor_loop qlane pull_back_last(qlane q, lane f_bar, global const real* map, int factors,
                                  factor_sums sums) {
   int stride = QJ_MAP_STRIDE(factors);

@@ -48,7 +48,7 @@ kernel void level_set_numbered(global const int* numbers, qj_grid_block block, i
   lane_store(map_iterate(q, map, factors, 1, true, 0), field, g);
 }
 
-// The same for points anywhere on the slice: X, Y and Z are given, W is set.
+// F_1 at points anywhere on the slice: X, Y and Z are given, W is set.
 kernel void level_set_points(global real* points, int stride, int groups, global const real* map,
                              int factors, global real* field) {
   int g = (int)get_global_id(0);

@@ -6,8 +6,8 @@
 #include "map.clh"
 
 #define TRAIT_CORNERS 4  // of a tetrahedron in the ball, run in turn
-// Of an iterate of a point of the surface, where it is not resolved. On a fitted bunny, points that
-// are resolved have as large a sum over six iterates as this gives.
+// The mean openness of an iterate of a point of the surface, where it is not resolved. On a fitted
+// bunny, points that are resolved have as large a sum over six iterates as this gives.
 #define TRAIT_MEAN_OPENNESS 0.7f
 
 // 1 where images are close together, falling to 0 where they are apart: `square` is their mean

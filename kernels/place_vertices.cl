@@ -147,7 +147,7 @@ static inline bool look_up_place(const placing* with, real3 start, last_iterate*
 #endif
 }
 
-// The same of one that goes on from q, to which iterate number `done` has taken it.
+// Looks up an orbit that goes on from q, to which iterate number `done` has taken it.
 static inline bool look_up_image(const placing* with, real4 q, int done, last_iterate* last) {
 #ifdef QJ_LOOKS_UP
   if (done + 1 < with->lookup.tabled) return false;

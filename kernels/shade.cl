@@ -67,16 +67,17 @@ static inline real seen_hard(global const real* map, int size, real2 texel, real
 
 #define MOST_PENUMBRA 24  // texels
 
-// By a golden angle. Points i of n at sqrt((i + 1/2) / n) along directions that turn so from one to
-// the next lie evenly in the unit disc, and no row of them runs along an edge of a shadow.
+// v turned by a golden angle. Points i of n at sqrt((i + 1/2) / n) along directions that turn so
+// from one to the next lie evenly in the unit disc, and no row of them runs along an edge of a
+// shadow.
 static inline real2 golden_turn(real2 v) {
   const real c = (real)-0.737368878, s = (real)0.675490294;
   return (real2)(v.x * c - v.y * s, v.x * s + v.y * c);
 }
 
-// The same with a penumbra as wide as the blockers' mean distance makes it, but no narrower than
-// `least`. The samples of a pixel begin with different directions, so that their taps complement
-// each other.
+// The share of the light that reaches a point, with a penumbra as wide as the blockers' mean
+// distance makes it, but no narrower than `least`. The samples of a pixel begin with different
+// directions, so that their taps complement each other.
 static inline real seen_soft(global const real* map, int size, real2 texel, real depth,
                              real softness, real least, real2 direction) {
   const int searched = 32;

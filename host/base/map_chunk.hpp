@@ -7,13 +7,13 @@
 
 namespace qjulia::base {
 
-/// Of a .png (PNG specification, 5.4): ancillary, private, safe to copy. A long map is cut into
-/// several chunks, because some readers refuse chunks above 8 MB.
+/// The type of a .png's chunk (PNG specification, 5.4): ancillary, private, safe to copy. A long
+/// map is cut into several chunks, because some readers refuse chunks above 8 MB.
 constexpr std::string_view kPngMapChunk = "qjMp";
 constexpr std::size_t kLargestPngMapChunk = std::size_t{1} << 20U;  // bytes
 
-/// Of a .glb (glTF 2.0, 4.4.3: readers ignore chunks of types that they do not know), after the
-/// buffer.
+/// The type of a .glb's chunk, which comes after the buffer (glTF 2.0, 4.4.3: readers ignore chunks
+/// of types that they do not know).
 constexpr std::string_view kGlbMapChunk = "QJMP";
 
 }  // namespace qjulia::base

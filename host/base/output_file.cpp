@@ -194,7 +194,7 @@ int create_temporary(const std::filesystem::path& target, std::filesystem::path&
   return -1;
 }
 
-/// The same without a name, beside `path` or with the system's temporary files.
+/// Creates a file without a name, beside `path` or with the system's temporary files.
 int create_nameless(const std::filesystem::path& path) {
   const bool beside = !is_special(path);
   std::filesystem::path name;

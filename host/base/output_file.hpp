@@ -72,7 +72,7 @@ bool overwrite_file(const std::filesystem::path& path, std::string_view text);
 
 /// Removes temporary files of `path` that killed processes have left.
 void remove_leftovers(const std::filesystem::path& path);
-/// The same for all files of a folder.
+/// Removes those of all files of a folder.
 void remove_all_leftovers(const std::filesystem::path& folder);
 
 /// Where a path leads, through symbolic links, whether or not there is a file.

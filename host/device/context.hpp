@@ -127,7 +127,7 @@ struct Range {
 bool is_out_of_memory(const DeviceError& error);
 /// The same, or that a launch was too large.
 bool is_out_of_resources(const DeviceError& error);
-/// The same of a work-group.
+/// Whether it says that a work-group was too large.
 bool is_refused_group(const DeviceError& error);
 
 /// A launch that was refused when it was to be queued, so that nothing of it has run.
@@ -165,7 +165,7 @@ class Context {
 
   const DeviceInfo& info() const;
 
-  /// As `Device::expect_own_process`. All functions that use the queue or the driver call it
+  /// What `Device::expect_own_process` does. All functions that use the queue or the driver call it
   /// themselves.
   void expect_own_process() const;
 
@@ -239,10 +239,10 @@ class Context {
   /// has failed (see the class).
   void finish();
 
-  /// As `Device::kernel_times` says.
+  /// What `Device::kernel_times` returns.
   std::map<std::string, KernelTime> kernel_times();
   void reset_kernel_times();
-  /// As `Device::wait_time` says.
+  /// What `Device::wait_time` returns.
   WaitTime wait_time() const;
 
   /// Launches, on `row`, and builds are added to `trace` from now on; empty: no longer.

@@ -9,8 +9,8 @@
 namespace qjulia::device {
 namespace {
 
-/// Of OpenCL's headers and extensions, so that older headers do not take names away; the last is
-/// NVIDIA's for what other platforms end the process by.
+/// The names of OpenCL's headers and extensions. They stand here so that older headers do not take
+/// any away. The last is NVIDIA's, for what ends the process on other platforms.
 constexpr auto kNames = std::to_array<std::pair<int, const char*>>({
     {-1, "CL_DEVICE_NOT_FOUND"},
     {-2, "CL_DEVICE_NOT_AVAILABLE"},

@@ -96,7 +96,7 @@ void check_queue(const cl::CommandQueue& queue, cl_context context, cl_device_id
   }
 }
 
-/// As `list_devices` says it; with −1 for its numbers where the device is not among these.
+/// What `list_devices` says of the device; its numbers are −1 where it is not among these.
 DeviceInfo info_of(cl_device_id wanted) {
   const auto platforms = device::platforms();
   for (const DeviceInfo& info : device::take_inventory().devices) {

@@ -18,7 +18,7 @@ const std::map<std::string, std::string_view, std::less<>>& embedded_kernels();
 std::string expand_kernel_source(const std::string& name,
                                  const std::map<std::string, std::string>& files = {});
 
-/// The same of a text that is not embedded itself; build logs call it `label`.
+/// Expands a text that is not embedded itself; build logs call it `label`.
 std::string expand_kernel_text(const std::string& label, std::string_view text,
                                const std::map<std::string, std::string>& files = {});
 

@@ -8,7 +8,7 @@
 
 namespace qjulia::device {
 
-/// As DeviceInfo::estimated_speed says.
+/// The value of DeviceInfo::estimated_speed.
 double estimated_speed(const DeviceInfo& info);
 
 /// Sets `same_as` of each GPU that a better platform shows too: the same PCI address or UUID. A

@@ -235,7 +235,7 @@ class DeviceEvaluator final : public Evaluator {
  private:
   std::int32_t loss() const { return static_cast<std::int32_t>(options_.loss); }
 
-  /// Of the kernels that sum the energy.
+  /// The macros of the kernels that sum the energy.
   std::map<std::string, int> loss_defines() const {
     if (options_.loss == Loss::linear) return {{"QJ_LINEAR_LOSS", 1}};
     return {};

@@ -31,7 +31,7 @@ struct LossTerm {
   double slope = 0;
   double curvature = 0;  ///< as in a Gauss-Newton matrix: never negative
 };
-/// That of the i-th sample where F_n is `field`.
+/// What the i-th sample adds where F_n is `field`.
 LossTerm loss_term(const Samples& samples, std::size_t i, double field,
                    const EnergySettings& options);
 

@@ -22,7 +22,7 @@ class FitRun {
   const Stages& stages() const { return *stages_; }
   /// The map that the fit would give if it ended here.
   Map map() const;
-  /// Of a fit that has ended.
+  /// The result of a fit that has ended.
   FitResult result();
   /// Runs all stages.
   FitResult whole();

@@ -47,7 +47,7 @@ void visit_members(Kinds& kinds, const Visit& visit) {
   std::visit([&](auto& kind) { kind.members(kind, visit); }, kinds);
 }
 
-/// The same for both of a map.
+/// Visits the members of a map's modulus and versor.
 template <class AnyMap, class Visit>
 void visit_map_members(AnyMap& map, const Visit& visit) {
   visit_members(map.dynamics.modulus, visit);

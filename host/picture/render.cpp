@@ -380,7 +380,7 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
   if (!(side > 0) || !std::isfinite(side)) {
     throw InputError("the box to frame has no size; give the mesh's own box");
   }
-  // As large as maps are, so that both are lit alike.
+  // The mesh is made as large as maps are, so that both are lit alike.
   const ShapeToMap to_scene{kMapSide / side, -kMapSide / side * framed.center()};
   impl_ = std::make_unique<Impl>(Impl{device, options, mesh_source(mesh, to_scene, framed),
                                       to_scene.to_map(framed), to_scene, fineness_of(options),
@@ -436,7 +436,7 @@ std::vector<Camera> Studio::Impl::aimed(std::span<const Camera> cameras,
 }
 
 std::vector<float> Studio::Impl::shown(const View& view, double rays) {
-  // The same rays, but few. What they show is as fine as the picture's pixels.
+  // Few of the same rays. What they show is as fine as the picture's pixels.
   View few = view;
   const double pixels = static_cast<double>(view.columns) * view.rows / rays;
   few.samples = std::clamp(static_cast<int>(std::lround(std::sqrt(pixels))), 1,

@@ -98,7 +98,7 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::vector<L
   ground.right = scene.up.unitOrthogonal();
   ground.front = scene.up.cross(ground.right);
   const Vector3d middle = scene.center + (scene.ground - scene.center.dot(scene.up)) * scene.up;
-  // As kernels find it back: u of −1 … 1 lies at u / (1 − k |u|) radii.
+  // Kernels find it back so: u of −1 … 1 lies at u / (1 − k |u|) radii.
   const auto place = [&](int i) {
     const double u = 2.0 * i / (ground.side - 1) - 1;
     return scene.radius * u / (1 - QJ_GROUND_CROWDING * std::abs(u));

@@ -160,7 +160,7 @@ int SpecklessDepths::reach() const {
 }
 
 void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
-  // As near to its end as a ray that does not come out is found to be: in close-ups rounding tells
+  // How near to its end a ray counts as one that does not come out: in close-ups rounding keeps
   // depths less apart than samples are wide.
   const double rounding = 0x1p-21 * (view_.eye.norm() + source_.bounds().diagonal());
   const double near = std::max(view_.footprint, rounding);

@@ -48,13 +48,13 @@ double points_of(const Launch& launch, int groups) {
   return static_cast<double>(groups) * launch.lane_width;
 }
 
-/// Of `points` with so many slots for each of so many factors and so many reals.
+/// The work on `points`: each has so many slots for each of so many factors, and so many reals.
 LaunchWork over_factors(const Launch& launch, double points, int factors, double slots,
                         double reals, bool at_most = false) {
   return {points * factors * slots, points * reals * real_bytes_of(launch), at_most};
 }
 
-/// Of kernels whose arithmetic is little beside what they read and write.
+/// The work of kernels whose arithmetic is little beside what they read and write.
 LaunchWork moving(const Launch& launch, double points, double reals) {
   return {0, points * reals * real_bytes_of(launch), false};
 }
@@ -73,7 +73,8 @@ LaunchWork of_orbit_gradient(const Launch& launch) {
   });
 }
 
-/// Of samples with the arguments (…, stride, chunk, map, factors, …, rows), whose rows are sums.
+/// The work of kernels with the arguments (…, stride, chunk, map, factors, …, rows), whose rows are
+/// sums over samples.
 LaunchWork of_sums(const Launch& launch, std::size_t stride, double slots) {
   const double points = launch.integer(stride);
   const int factors = launch.integer(stride + 3);
@@ -125,7 +126,7 @@ LaunchWork of_points(const Launch& launch, double slots, double reals) {
                       reals);
 }
 
-/// The same where `groups` and `factors` have other numbers.
+/// The work of `of_points` where the arguments `groups` and `factors` have other numbers.
 LaunchWork of_groups(const Launch& launch, std::size_t groups, std::size_t factors, double slots,
                      double reals) {
   return over_factors(launch, points_of(launch, launch.integer(groups)), launch.integer(factors),

@@ -31,8 +31,8 @@ WorkerClockPointer worker_clock(const Device& device);
 std::function<Pace()> fma_probe(const Device& device, Precision precision,
                                 const WorkerClockPointer& clock);
 
-/// Of the best of `repeats` runs, after one that is not counted: a limit is what was reached at
-/// least once. @throws Interrupted
+/// The pace of the best of `repeats` runs, after one that is not counted: a limit is what was
+/// reached at least once. @throws Interrupted
 Pace measure_fma(const Device& device, Precision precision, int repeats,
                  const WorkerClockPointer& clock, const std::stop_token& stop = {});
 

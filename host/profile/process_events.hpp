@@ -27,7 +27,7 @@ class EventCalls {
   };
 
   virtual ~EventCalls() = default;
-  /// Those of this process, by their numbers.
+  /// The numbers of this process's threads.
   virtual std::vector<int> threads() = 0;
   /// Counts in a thread and in those that it starts. @return a file; negative: −errno.
   virtual int open(const EventKind& kind, int thread) = 0;
@@ -37,7 +37,7 @@ class EventCalls {
   virtual std::optional<int> paranoia() = 0;
 };
 
-/// Those of this system.
+/// The calls of this system.
 std::unique_ptr<EventCalls> system_event_calls();
 
 /// The events of all threads that this process has now and of those that they start.

@@ -37,7 +37,7 @@ struct TunedSetting {
   const char* name;
   int Tuning::*value;
   std::vector<TuneJob> jobs;               ///< that it changes
-  std::vector<int> factors{-4, -2, 2, 4};  ///< tried times the value; negative: its parts
+  std::vector<int> factors{-4, -2, 2, 4};  ///< the value is tried times each; −n: divided by n
 };
 
 const std::vector<TunedSetting>& settings() {

@@ -28,7 +28,7 @@ struct KernelSeconds {
 /// Runs `work` and waits for the device.
 KernelSeconds timed(const Device& device, const std::function<void()>& work);
 
-/// The same by kernel, on all queues of the device.
+/// The seconds of each kernel that `work` launches, on all queues of the device.
 struct KernelsRun {
   struct Kernel {
     std::uint64_t launches = 0;

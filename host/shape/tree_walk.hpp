@@ -16,7 +16,7 @@ struct TreeWalk {
 
 /// What signed_distance.cl's nearest_distance looks at for points that one work-item carries.
 TreeWalk nearest_walk(const Bvh& tree, std::span<const std::array<double, 3>> points);
-/// The same of its winding_number.
+/// What its winding_number looks at for these points.
 TreeWalk winding_walk(const Bvh& tree, std::span<const std::array<double, 3>> points);
 
 /// Slots of a point: additions, multiplications, minima and maxima of signed_distance.cl, which

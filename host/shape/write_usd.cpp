@@ -19,7 +19,7 @@ constexpr double kFilmWidth = 36, kFilmHeight = 24, kFocalLength = 45;
 
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
-/// As prims may be called: letters, digits and underscores, no digit first.
+/// A name that a prim may have: letters, digits and underscores, no digit first.
 std::string prim_name(const std::string& name) {
   std::string made;
   for (const char c : name) {

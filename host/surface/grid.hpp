@@ -84,7 +84,7 @@ void for_points(const Eigen::Vector3i& points, const Visit& visit) {
   }
 }
 
-/// The same for those at most `reach` from `middle` along each axis, `middle` included.
+/// Visits the points at most `reach` from `middle` along each axis, `middle` included.
 template <class Visit>
 void for_around(const Eigen::Vector3i& points, const Eigen::Vector3i& middle, int reach,
                 const Visit& visit) {

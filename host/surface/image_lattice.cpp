@@ -68,7 +68,7 @@ class Storage {
     }
     return slots;
   }
-  /// By group of nodes.
+  /// The place of each group of nodes.
   const std::vector<std::int32_t>& places() const { return places_; }
   /// How many slots there are, those that stay empty included.
   std::size_t size() const { return size_; }

@@ -66,7 +66,7 @@ class ImageLattice {
   /// How many iterates images are composed of at most; 0 without any.
   int iterates() const { return iterates_; }
 
-  // As kernels take them (kernels/image_lattice.clh).
+  // These are what kernels take (kernels/image_lattice.clh).
   const device::RealBuffer& layout() const { return layout_; }
   const device::Buffer<std::int32_t>& places() const { return places_; }
   const device::RealBuffer& field() const { return field_; }

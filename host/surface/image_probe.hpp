@@ -43,7 +43,7 @@ class ImageProbe {
   /// @param axes along the first so many of which points are moved, in random directions.
   Moved moved_images(const std::vector<Point4>& points, std::size_t axes,
                      base::Random& random) const;
-  /// The same of `count` random points of the slice, those that are decided included in `count`.
+  /// The first images of `count` random points of the slice; points that are decided count too.
   Moved first_images(std::size_t count, base::Random& random) const;
 
  private:

@@ -77,7 +77,7 @@ class NodeList {
         blocks_(static_cast<std::size_t>(std::pow(lattice.bricks + 1, 4)), kNone) {}
 
   std::size_t size() const { return places_.size(); }
-  /// Of the node with this number.
+  /// The place of the node with this number.
   Place place(std::size_t number) const {
     Place at{};
     std::ranges::copy(places_[number], at.begin());

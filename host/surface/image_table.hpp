@@ -33,7 +33,7 @@ class ImageTable {
   /// How far the images of iterate 2 move where points do: the median, and at least 1.
   double stretch() const { return stretch_; }
 
-  // As ray_march.cl's march_depth takes them.
+  // These are what ray_march.cl's march_depth takes.
   const device::RealBuffer& layout() const { return layout_; }
   const device::Buffer<std::int32_t>& bricks() const { return bricks_; }
   const device::Buffer<std::uint16_t>& fields() const { return fields_; }

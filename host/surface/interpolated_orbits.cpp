@@ -165,7 +165,7 @@ class InterpolatedOrbits {
     return static_cast<int>(std::lround(std::min<double>(kWidestSpacing, steps)));
   }
 
-  /// Those of these numbers whose points lie within kClearance node distances of a factor's centre
+  /// The numbers among these whose points lie within kClearance node distances of a factor's centre
   /// along each axis.
   std::vector<std::int32_t> near_factors(std::span<const std::int32_t> numbers, int spacing) const {
     const double reach = kClearance * spacing;  // grid steps

@@ -46,7 +46,8 @@ struct Roofs {
   double fma_per_second = 0;         ///< single precision
   double double_fma_per_second = 0;  ///< double precision; 0 where the device has none
   double bytes_per_second = 0;
-  /// The same for a CPU second of the threads that run kernels; 0 where these are not known.
+  /// Multiply-adds and bytes in a CPU second of the threads that run kernels; 0 where these seconds
+  /// are not known.
   double fma_per_cpu_second = 0;
   double double_fma_per_cpu_second = 0;
   double bytes_per_cpu_second = 0;
@@ -101,7 +102,7 @@ struct KernelShare {
   /// Share of the multiply-adds possible in its CPU seconds where these are known, else in its
   /// seconds; or of the bytes possible in its seconds. Empty unless the verdict is "judged".
   std::optional<double> share_of_limit;
-  /// The same share of the higher and of the lower of the limits before and after the command.
+  /// The share of the higher and of the lower of the limits before and after the command.
   std::optional<double> share_low, share_high;
   std::string share_verdict;  ///< as in KernelFigures (profile.hpp)
 };

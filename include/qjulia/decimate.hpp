@@ -62,11 +62,11 @@ struct Decimation {
 Decimation decimate(TriangleMesh mesh, const DecimateOptions& options,
                     const std::stop_token& stop = {});
 
-/// As `decimate`, without the report.
+/// The mesh that `decimate` gives, without the report.
 TriangleMesh decimated(TriangleMesh mesh, const DecimateOptions& options,
                        const std::stop_token& stop = {});
 
-/// By number alone.
+/// The mesh decimated to at most `most` triangles.
 TriangleMesh decimated(TriangleMesh mesh, std::size_t most, const std::stop_token& stop = {});
 
 }  // namespace qjulia

@@ -23,7 +23,7 @@ enum class FileContent {
 };
 enum class FileUse { read, write };
 
-/// As in "map".
+/// The word for the content, as in "map".
 const char* to_string(FileContent content);
 
 /// The extension with its dot, in lower case; empty when there is none.

@@ -90,9 +90,9 @@ struct KernelFigures {
   /// but do not change its CPU seconds. Empty on other devices.
   std::vector<double> run_cpu_seconds;
   std::vector<double> run_fma_per_cpu_second;
-  /// Iterates × factors that were really computed; none where orbits or rays end early.
+  /// Iterates × factors that were really computed in a run; none where orbits or rays end early.
   std::optional<double> executed_factor_iterations;
-  std::optional<double> pairs_per_second;  ///< the same by the median second
+  std::optional<double> pairs_per_second;  ///< iterates × factors in a second of the median run
   /// Multiply-adds, multiplications and divisions in the kernel's source, one slot each, over all
   /// samples and factors.
   std::optional<double> slots;

@@ -27,8 +27,8 @@ struct Kept {
 constexpr std::array kByDevice{Kept{"seconds", true}, Kept{"fma_per_second", false}};
 constexpr std::array kByCpu{Kept{"cpu_seconds", true}, Kept{"fma_per_cpu_second", false}};
 
-/// Those of a process's runs that other programs have disturbed least: the fastest run and the
-/// highest limit.
+/// The value of a process's runs that other programs have disturbed least: the fastest run's and
+/// the highest limit.
 double least_disturbed(const json& runs, const Kept& kept) {
   const auto values = runs.at(kept.name).get<std::vector<double>>();
   if (values.empty())

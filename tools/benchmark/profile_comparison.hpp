@@ -42,8 +42,8 @@ struct KernelComparison {
   int iterations = 1;
   double before_seconds = 0;  ///< median, by the comparison's clock
   double after_seconds = 0;
-  /// Of the times, each multiplied by the limit that was measured beside it; none where there are
-  /// too few runs for the confidence.
+  /// The ratio of the times, each multiplied by the limit that was measured beside it; none where
+  /// there are too few runs for the confidence.
   std::optional<RatioBounds> ratio;
   Verdict verdict = Verdict::same;
 };

@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::size_t kMostExactPairs = 2500;
 
-/// Of all orders of two samples, how many have each U: coefficients of a Gaussian binomial, as
-/// shares of all orders.
+/// The share of all orders of two samples that has each U: coefficients of a Gaussian binomial,
+/// divided by their sum.
 std::vector<double> exact_chances(std::size_t first, std::size_t second) {
   const std::size_t pairs = first * second;
   const std::size_t few = std::min(first, second), many = std::max(first, second);

@@ -12,7 +12,7 @@ namespace qjulia::explore {
 /// @param file the name of the map's file, for the command lines that the page gives.
 std::string shared_page(const Map& map, const std::string& file);
 
-/// The same page for `Server` to give out, which then draws.
+/// The page that `Server` gives out, which asks the server for its pictures.
 std::string served_page(const Map& map, const std::string& file);
 
 /// The page that shows a fit while it runs.

@@ -27,7 +27,7 @@ struct ViewRequest {
       false;  ///< the camera is so far away that it sees the whole set at every azimuth
   bool shows_mesh = false;  ///< that a map is being fitted to, in place of the map
   std::string knobs_text;   ///< the same for requests with the same knobs
-  /// The same for requests that differ in the camera alone, or in size where they are drafts.
+  /// It is equal for requests that differ in the camera alone, or in size where they are drafts.
   std::string studio_text;
 };
 

@@ -204,8 +204,8 @@ std::string opencl_values(const Map& map, const Reach& reach) {
                     exponents, centers);
 }
 
-/// As Mandelbulber keeps text in settings: its length in 4 bytes, the highest first, then a zlib
-/// stream, all in base64.
+/// Text in the form of Mandelbulber's settings: its length in 4 bytes, the highest first, then a
+/// zlib stream, all in base64.
 std::string packed_code(const std::string& code) {
   std::string bytes;
   for (const unsigned shift : {24U, 16U, 8U, 0U}) {

@@ -102,7 +102,7 @@ class Command {
   Option input(const std::string& name, std::string& target, const std::string& description) const;
   /// -o, the file that it writes: always given.
   Option output(std::string& target, const std::string& type, const std::string& description) const;
-  /// The same where it may be left out. @param named says what the file is called then, once all
+  /// -o where it may be left out. @param named says what the file is called then, once all
   /// options are read; such a file must be new.
   Option output(const std::string& names, OutputName& target, std::function<std::string()> named,
                 const std::string& type, const std::string& description) const;

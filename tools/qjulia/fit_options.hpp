@@ -12,7 +12,7 @@ namespace qjulia::tools {
 /// Everything that says how to fit; neither files nor devices.
 void add_fit_options(Command command, FitOptions& options);
 
-/// The same from a manifest, checked. @throws InputError naming the option.
+/// The options of a fit in a manifest, checked. @throws InputError naming the option.
 FitOptions fit_options(const std::vector<batch::ManifestOption>& options);
 
 }  // namespace qjulia::tools

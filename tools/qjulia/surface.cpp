@@ -209,8 +209,8 @@ double abrupt_share(const TriangleMesh& mesh) {
          static_cast<double>(std::max<std::size_t>(1, 3 * mesh.triangles.size()));
 }
 
-/// By way of memory: for formats that need their counts first, to choose among components, to
-/// colour and to print.
+/// Makes the mesh in memory: for formats that need their counts first, to choose among components,
+/// to colour and to print.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
                        const SurfaceOptions& options, const MeshFileOptions& about,
                        const ProgressMonitor& monitor) {
