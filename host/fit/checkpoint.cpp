@@ -6,8 +6,8 @@
 #include <array>
 #include <bit>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
-#include <ranges>
 #include <string_view>
 
 #include "base/fnv_hash.hpp"
@@ -78,15 +78,18 @@ std::optional<CurvatureSum> curvature_from(const json& j, std::size_t factors) {
     if (entries.size() != order * (order + 1) / 2) return std::nullopt;
     const auto n = static_cast<Eigen::Index>(order);
     Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(n, n);
-    for (auto next = entries.begin(); Eigen::Index k : std::views::iota(Eigen::Index{0}, n)) {
+    auto next = entries.begin();
+    for (Eigen::Index k = 0; k < n; ++k) {
       std::copy_n(next, n - k, lower.col(k).tail(n - k).begin());
       next += n - k;
     }
     curvature.sum.own.emplace_back(lower.selfadjointView<Eigen::Lower>());
   }
+  if (seen.empty() && weight.empty()) return curvature;
+  std::vector<std::size_t> all(factors);
+  std::iota(all.begin(), all.end(), std::size_t{0});
   std::ranges::sort(seen);
-  const bool is_of_all = std::ranges::equal(seen, std::views::iota(std::size_t{0}, weight.size()));
-  if (!is_of_all || (!weight.empty() && weight.size() != factors)) return std::nullopt;
+  if (seen != all || weight.size() != factors) return std::nullopt;
   return curvature;
 }
 
