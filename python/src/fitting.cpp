@@ -151,6 +151,7 @@ class PythonFit {
   py::object step() {
     std::optional<StageReport> stage;
     run([&] { stage = fit_->step(); });
+    if (stage) watcher_.hear_ctrl_c();
     return stage ? py::object(dict_of(*stage)) : py::none();
   }
 

@@ -36,6 +36,10 @@ class Watcher {
   /// Python's lock, which is let go. @throws what the work or a callback has thrown.
   void run(const OpenDevice& device, const std::function<void()>& work);
 
+  /// Hears a Ctrl-C that came at the end of the last work, so that it ends those that follow and is
+  /// no KeyboardInterrupt between two of them. To be called with Python's lock.
+  void hear_ctrl_c() { look_after(nullptr); }
+
  private:
   void serve(const std::function<void()>& work);
   void look_after(const std::function<void()>* call);

@@ -63,6 +63,23 @@ def test_ctrl_c_ends_the_loop(torus, device):
     assert np.isfinite(fit.result().map.field(np.zeros((1, 3)), device=device)).all()
 
 
+def test_ctrl_c_at_any_moment_ends_the_loop(torus, device):
+    # Stages take some milliseconds, so that some of these come when one is about to end.
+    qjulia.fit(*torus, factors=12, max_evaluations=60, device=device)  # builds kernels
+    for i in range(20):
+        pressed = []
+
+        def press(energy):
+            if not pressed:
+                pressed.append(press_ctrl_c_after(0.02 + 0.01 * i))
+
+        fit = qjulia.Fit(*torus, factors=12, device=device, on_evaluation=press)
+        for stage in fit:
+            pass
+        assert fit.stopped == "interrupted"
+        pressed[0].join()
+
+
 def test_a_fit_is_for_one_call_at_a_time(torus, device):
     problems = []
 
