@@ -25,7 +25,7 @@ std::vector<double> gauss_newton(energy::Evaluator& evaluator, const Map& map) {
   return {h.data(), h.data() + h.size()};
 }
 
-/// Of blocks of at most 16 factors and of the coarse space over them.
+/// The entries of the coarse matrix over blocks of at most 16 factors, then those of the blocks.
 std::vector<double> blocks(energy::Evaluator& evaluator, const Map& map) {
   const auto found = evaluator.gauss_newton_blocks(map, energy::neighbour_blocks(map, 16));
   std::vector<double> entries(found.coarse.data(), found.coarse.data() + found.coarse.size());

@@ -205,7 +205,6 @@ class Context {
     read_bytes(buffer, std::as_writable_bytes(out));
   }
   void read(const RealBuffer& buffer, std::span<double> out);
-  void read(const RealBuffer& buffer, std::span<float> out);
   /// All of them in one wait.
   void read(std::span<const RealRead> reads);
 

@@ -100,16 +100,6 @@ void Context::read(std::span<const RealRead> reads) {
   }
 }
 
-void Context::read(const RealBuffer& buffer, std::span<float> out) {
-  if (buffer.precision() == Precision::single) {
-    read_bytes(buffer, std::as_writable_bytes(out));
-    return;
-  }
-  std::vector<double> wide(out.size());
-  read_bytes(buffer, std::as_writable_bytes(std::span(wide)));
-  std::ranges::transform(wide, out.begin(), [](double x) { return static_cast<float>(x); });
-}
-
 void Context::write_bytes(const Memory& memory, std::span<const std::byte> bytes) {
   const std::size_t count = bytes.size();
   if (count > memory.bytes()) throw std::logic_error("write past the end of a device buffer");

@@ -46,7 +46,7 @@ void CurvatureSum::add(BlockCurvature next, const std::vector<std::size_t>& move
   std::size_t factors = 0;
   for (const auto& block : next.blocks) factors += block.size();
   const bool is_first = weight.size() == 0;
-  weight.conservativeResizeLike(VectorXd::Zero(static_cast<Index>(factors)));
+  if (is_first) weight = VectorXd::Zero(static_cast<Index>(factors));
   VectorXd kept = VectorXd::Constant(weight.size(), is_first ? 0 : kKept);
   for (const std::size_t k : moved) kept[static_cast<Index>(k)] = 0;
   // Where each factor was: its block, and its place in it.

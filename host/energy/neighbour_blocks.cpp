@@ -27,8 +27,7 @@ void divide(const Map& map, std::span<std::size_t> factors, std::size_t count,
   box.sizes().maxCoeff(&longest);
   const std::size_t low = count / 2;
   const std::size_t cut = factors.size() * low / count;
-  // Factors in the same place are told apart by their numbers, so that the cut is the same
-  // anywhere.
+  // Factors in one place are ordered by their numbers, so that every machine cuts alike.
   std::ranges::nth_element(factors, factors.begin() + static_cast<std::ptrdiff_t>(cut), {},
                            [&](std::size_t k) { return std::pair(place(map, k)[longest], k); });
   divide(map, factors.first(cut), low, blocks);

@@ -53,7 +53,7 @@ void write_obj(const TriangleMesh& mesh, const std::string& name, const std::str
 }
 
 std::string obj_material(const TriangleMesh& mesh) {
-  // The mean is of the light, not of its encoding.
+  // Colours are averaged as linear light, not as their sRGB codes.
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const VertexColor& color : mesh.colors) {
     for (int i = 0; i < 3; ++i) {
