@@ -1,7 +1,9 @@
-// From depths to colours, in passes: normals, what receives light, the light it receives, colours.
-// The sky is many lights, each with a depth map of the shape seen along it; the key light is one of
-// them, with a penumbra. Work-items are scalar, whatever the lane width.
+// From depths to light, in passes: normals, what receives light, the light it receives. The sky is
+// many lights, each with a depth map of the shape seen along it; lamps are lights, too, with
+// penumbras. Work-items are scalar, whatever the lane width.
 
+#include "ground.clh"
+#include "matter.clh"
 #include "view.clh"
 
 static inline void put_real3(global real* at, real3 v) {
@@ -127,19 +129,6 @@ static inline light_sight sight_of(real3 p, real3 n, global const real* restrict
 // Light falls on receivers: first the samples of a strip, row by row, then one point of the ground
 // for each pixel. Each has QJ_RECEIVER_SIZE reals; a normal of zero receives nothing.
 
-// The point of the ground that the ray of a pixel meets, where it is near enough to the shape for
-// its shadow.
-static inline bool ground_point(real3 origin, real3 direction, global const real* restrict scene,
-                                real3* p, real* away) {
-  real3 up = real3_at(scene + QJ_SCENE_UP);
-  real height = dot(origin, up) - scene[QJ_SCENE_GROUND];
-  real fall = -dot(direction, up);
-  if (height <= 0 || fall <= (real)1e-3f) return false;
-  *p = origin + (height / fall) * direction;
-  *away = length(*p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
-  return *away <= 6;
-}
-
 // Work-item (i, j): sample i of row j of the strip's.
 kernel void sample_receivers(qj_strip_arguments strip, global const real* restrict view,
                              global const real* restrict depth, global const real* restrict normal,
@@ -184,8 +173,8 @@ kernel void ground_receivers(qj_strip_arguments strip, global const real* restri
   put_real3(receiver + QJ_RECEIVER_NORMAL, lit ? real3_at(scene + QJ_SCENE_UP) : (real3)(0));
 }
 
-// What the sky, all but the key light, sends to the receivers before the ground's, and what it
-// would send with nothing in the way.
+// What the sky sends to the receivers before the ground's, and what it would send with nothing in
+// the way.
 kernel void sky_light(qj_light_arguments with, global const real* restrict receivers,
                       global const real* restrict lights, global const real* restrict maps,
                       global real* restrict light) {
@@ -195,9 +184,9 @@ kernel void sky_light(qj_light_arguments with, global const real* restrict recei
   real3 n = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_NORMAL);
   int count = dot(n, n) == 0 ? 0 : with.lights;
   real3 sky = (real3)(0), open_sky = (real3)(0);
-  for (int i = 0; i < count; ++i) {
+  for (int i = with.lamps; i < count; ++i) {
     global const real* from = lights + i * QJ_LIGHT_SIZE;
-    if (i == with.key || dot(n, real3_at(from + QJ_LIGHT_DIRECTION)) <= 0) continue;
+    if (dot(n, real3_at(from + QJ_LIGHT_DIRECTION)) <= 0) continue;
     light_sight s = sight_of(p, n, from);
     real3 open = s.cosine * real3_at(from + QJ_LIGHT_COLOR);
     sky += seen_hard(maps + (int)from[QJ_LIGHT_MAP_FIRST], (int)from[QJ_LIGHT_MAP_SIZE], s.texel,
@@ -208,8 +197,6 @@ kernel void sky_light(qj_light_arguments with, global const real* restrict recei
   put_real3(light + (size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_SKY, sky);
   put_real3(light + (size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_OPEN_SKY, open_sky);
 }
-
-static inline real luminance(real3 c) { return dot(c, (real3)(0.2126f, 0.7152f, 0.0722f)); }
 
 // The share of the sky's light that reaches each receiver, points of the ground, with the shadows
 // of lights as soft as they say.
@@ -241,202 +228,59 @@ kernel void ground_sky(qj_light_arguments with, global const real* restrict rece
   share[r] = sum / fmax(open_sum, (real)1e-6f);
 }
 
-// The share of the key light that reaches each receiver. Samples of a pixel take their taps at
-// different places. near_shadow: for each pixel of the strip, where `strip.has_near_shadow`, how
-// far something too near to be in the maps keeps the light off it, 0 … 255.
-kernel void key_light(qj_light_arguments with, qj_strip_arguments strip,
-                      global const uchar* restrict near_shadow,
-                      global const real* restrict receivers, global const real* restrict lights,
-                      global const real* restrict maps, global real* restrict light) {
+// The share of light from `from` that arrives at a point through the shape: it falls to 1/e in
+// `thin`, and comes from texels as far around as that. The point lies on the surface, so that the
+// way through is what the map sees before it.
+static inline real seen_through(global const real* map, int size, real2 texel, real depth,
+                                real thin, real texel_width, real2 direction) {
+  const int taps = 16;
+  real reach = fmin(thin / texel_width, (real)MOST_PENUMBRA), sum = 0;
+#pragma unroll 1
+  for (int i = 0; i < taps; ++i) {
+    real2 p = floor(texel + reach * sqrt(((real)i + (real)0.5) / taps) * direction);
+    direction = golden_turn(direction);
+    sum += exp(-fmax(before(map, size, (int)p.x, (int)p.y, depth), (real)0) / thin);
+  }
+  return sum / taps;
+}
+
+// The shares of a lamp's light that reach each receiver, straight and through the shape. Samples of
+// a pixel take their taps at different places. near_shadow: for each pixel of the strip, where
+// `strip.has_near_shadow`, how far something too near to be in the maps keeps the first lamp's
+// light off it, 0 … 255.
+kernel void lamp_light(qj_light_arguments with, qj_strip_arguments strip,
+                       global const uchar* restrict near_shadow,
+                       global const real* restrict receivers, global const real* restrict lights,
+                       global const real* restrict maps, global real* restrict light) {
   int r = (int)get_global_id(0);
   if (r >= with.receivers) return;
   real3 p = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_POINT);
   real3 n = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_NORMAL);
-  global const real* from = lights + with.key * QJ_LIGHT_SIZE;
-  real seen = 0;
-  if (dot(n, real3_at(from + QJ_LIGHT_DIRECTION)) > 0) {
+  global const real* from = lights + with.lamp * QJ_LIGHT_SIZE;
+  global const real* map = maps + (int)from[QJ_LIGHT_MAP_FIRST];
+  int size = (int)from[QJ_LIGHT_MAP_SIZE];
+  bool is_ground = r >= with.ground;
+  int i = r % with.wide % with.samples, j = r / with.wide % with.samples;
+  real2 first = (real2)((real)1, is_ground ? 0 : (real)0.25 * (real)(j * with.samples + i));
+  first *= rsqrt(dot(first, first));
+  real seen = 0, through = 0;
+  real3 l = real3_at(from + QJ_LIGHT_DIRECTION);
+  if (dot(n, l) > 0) {
     light_sight s = sight_of(p, n, from);
-    int i = r % with.wide % with.samples, j = r / with.wide % with.samples;
-    real2 first = (real2)((real)1, r < with.ground ? (real)0.25 * (real)(j * with.samples + i) : 0);
-    first *= rsqrt(dot(first, first));
-    seen = seen_soft(maps + (int)from[QJ_LIGHT_MAP_FIRST], (int)from[QJ_LIGHT_MAP_SIZE], s.texel,
-                     s.depth, from[QJ_LIGHT_SOFTNESS] / from[QJ_LIGHT_TEXEL],
-                     r < with.ground ? with.narrowest : (real)2.5, first);
+    seen = seen_soft(map, size, s.texel, s.depth, from[QJ_LIGHT_SOFTNESS] / from[QJ_LIGHT_TEXEL],
+                     is_ground ? (real)2.5 : with.narrowest, first);
     int pixel = r / with.wide / with.samples * strip.columns + r % with.wide / with.samples;
-    if (strip.has_near_shadow && r < with.ground) {
+    if (strip.has_near_shadow && !is_ground && with.lamp == 0) {
       seen *= 1 - (real)near_shadow[pixel] / 255;
     }
   }
-  light[(size_t)r * QJ_RECEIVED_SIZE + QJ_RECEIVED_KEY] = seen;
-}
-
-// What light a point receives.
-typedef struct {
-  real3 sky, open_sky;  // irradiance from all but the key light; the same with nothing in the way
-  real3 key, open_key;
-  real highlight;  // the key light's, 0 ... 1
-} irradiance;
-
-static inline irradiance received_by(real3 n, real3 view_direction,
-                                     global const real* restrict key_light,
-                                     global const real* restrict light) {
-  irradiance e;
-  e.sky = real3_at(light + QJ_RECEIVED_SKY);
-  e.open_sky = real3_at(light + QJ_RECEIVED_OPEN_SKY);
-  real3 l = real3_at(key_light + QJ_LIGHT_DIRECTION);
-  real seen = light[QJ_RECEIVED_KEY];
-  e.open_key = fmax(dot(n, l), (real)0) * real3_at(key_light + QJ_LIGHT_COLOR);
-  e.key = seen * e.open_key;
-  e.highlight = seen * powr(fmax(dot(n, normalize(l - view_direction)), (real)0), (real)28);
-  return e;
-}
-
-// Ambient visibility with light bounced between surfaces of this albedo. Jimenez et al. 2016,
-// "Practical real-time strategies for accurate indirect occlusion", Eq. 10.
-static inline real3 with_bounces(real v, real3 albedo) {
-  real3 a = (real)2.0404 * albedo - (real)0.3324;
-  real3 b = (real)-4.7951 * albedo + (real)0.6417;
-  real3 c = (real)2.7552 * albedo + (real)0.6903;
-  return fmax((real3)(v), ((v * a + b) * v + c) * v);
-}
-
-// Colours of traits 0 … 1, through those of the scene.
-static inline real3 trait_albedo(real t, global const real* restrict scene) {
-  int last = (int)scene[QJ_SCENE_STOPS] - 1;
-  real3 c = real3_at(scene + QJ_SCENE_STOP);
-  t *= (real)last;
-#pragma unroll 1
-  for (int i = 0; i < last; ++i) {
-    c = mix(c, real3_at(scene + QJ_SCENE_STOP + 3 * (i + 1)), clamp(t - (real)i, (real)0, (real)1));
+  if (with.thin > 0 && !is_ground && dot(n, n) > 0) {
+    real2 texel = (real2)(dot(p, real3_at(from + QJ_LIGHT_U)) + from[QJ_LIGHT_U + 3],
+                          dot(p, real3_at(from + QJ_LIGHT_V)) + from[QJ_LIGHT_V + 3]);
+    real depth = dot(p, real3_at(from + QJ_LIGHT_DEPTH)) + from[QJ_LIGHT_DEPTH + 3];
+    through = seen_through(map, size, texel, depth, with.thin, from[QJ_LIGHT_TEXEL], first);
   }
-  return c;
-}
-
-// How much of the sky is seen, with what comes through gaps that depth maps are too coarse to see.
-static inline real open_share(real seen) { return mix((real)0.06, (real)1, seen); }
-
-static inline real3 lit(real3 albedo, irradiance e) {
-  real v = open_share(luminance(e.sky) / fmax(luminance(e.open_sky), (real)1e-6f));
-  real3 diffuse = albedo * (e.key + e.open_sky * with_bounces(v, albedo));
-  return diffuse + (real)0.10 * e.highlight;
-}
-
-// Film-like: contrast in the middle, soft shoulder. Narkowicz 2015's fit of the ACES curve.
-static inline real3 film(real3 c) {
-  c = fmax((real)0.62 * c, (real3)(0));
-  return clamp(
-      (c * ((real)2.51 * c + (real)0.03)) / (c * ((real)2.43 * c + (real)0.59) + (real)0.14),
-      (real3)(0), (real3)(1));
-}
-
-static inline real srgb_encode(real c) {
-  return c <= (real)0.0031308 ? (real)12.92 * c
-                              : (real)1.055 * powr(c, (real)(1 / 2.4)) - (real)0.055;
-}
-
-// Light backdrop, brightest behind the shape. `from_center`: pixel's place, 1 at the nearer edge.
-static inline real3 backdrop(real2 from_center) {
-  real r2 = dot(from_center, from_center);
-  return mix((real3)(0.92f, 0.93f, 0.95f), (real3)(0.40f, 0.42f, 0.46f),
-             (real)1 - (real)1 / (1 + (real)0.45 * r2));
-}
-
-// The sky's share that reaches a point of the ground, between the points where it is known.
-static inline real ground_seen(real3 p, global const real* restrict scene,
-                               global const real* restrict shares) {
-  int side = (int)scene[QJ_SCENE_SIDE];
-  real3 away = (p - real3_at(scene + QJ_SCENE_CENTER)) / scene[QJ_SCENE_RADIUS];
-  real2 x = (real2)(dot(away, real3_at(scene + QJ_SCENE_RIGHT)),
-                    dot(away, real3_at(scene + QJ_SCENE_FRONT)));
-  real2 u = x / ((real2)(1) + (real)QJ_GROUND_CROWDING * fabs(x));
-  real2 at = (real)0.5 * (u + (real2)(1)) * (real)(side - 1);
-  at = clamp(at, (real2)(0), (real2)((real)(side - 1) - (real)1e-3f));
-  real2 corner = floor(at), f = at - corner;
-  global const real* s = shares + (int)corner.y * side + (int)corner.x;
-  return mix(mix(s[0], s[1], f.x), mix(s[side], s[side + 1], f.x), f.y);
-}
-
-// How much darker shadows make the ground, of this color, where a ray that misses the shape meets
-// it; 1 where there is none.
-static inline real3 ground_share(real3 origin, real3 direction, global const real* restrict scene,
-                                 global const real* restrict key_light,
-                                 global const real* restrict shares,
-                                 global const real* restrict light, real3 color) {
-  real3 p;
-  real away;
-  if (!ground_point(origin, direction, scene, &p, &away)) return (real3)(1);
-  real3 up = real3_at(scene + QJ_SCENE_UP), open_sky = real3_at(scene + QJ_SCENE_OPEN_SKY);
-  real3 open_key = fmax(dot(up, real3_at(key_light + QJ_LIGHT_DIRECTION)), (real)0) *
-                   real3_at(key_light + QJ_LIGHT_COLOR);
-  // The ground is bright, and lights the shape's underside, which lights it in turn.
-  real3 sky = open_sky * with_bounces(open_share(ground_seen(p, scene, shares)), color);
-  real3 share = (sky + light[QJ_RECEIVED_KEY] * open_key) / (open_sky + open_key);
-  return mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
-}
-
-// sRGB bytes of the strip's pixels, each with how opaque it is. depth, normal: its samples and
-// more; trait: as many, where there are any: below 0, how light clay is. ground: the sky's light on
-// points of it. received: the light of the strip's receivers.
-kernel void shade_pixels(qj_strip_arguments strip, global const real* restrict view,
-                         global const real* restrict depth, global const real* restrict normal,
-                         global const real* restrict trait, global const real* restrict key_light,
-                         global const real* restrict scene, global const real* restrict ground,
-                         global const real* restrict received, global uchar* restrict rgba) {
-  int column = (int)get_global_id(0), row = (int)get_global_id(1);
-  if (column >= strip.columns || row >= strip.rows) return;
-  int samples = strip.samples;
-  int wide = strip.columns * samples;
-  real2 middle = (real2)((real)strip.columns, (real)strip.rows_in_all) / 2;
-  real2 place = (real2)((real)column + (real)0.5, (real)(row + strip.first_row) + (real)0.5);
-  real3 sum = (real3)(0);
-  int misses = 0;
-  for (int s = 0; s < samples * samples; ++s) {
-    int i = column * samples + s % samples;
-    int j = row * samples + s / samples;
-    int index = (j + strip.halo) * wide + i;
-    if (depth[index] < 0) {
-      ++misses;
-      continue;
-    }
-    real3 direction;
-    view_point(view, (real)i + (real)0.5, (real)(j + strip.first_row * samples) + (real)0.5, 0,
-               &direction);
-    irradiance e = received_by(real3_at(normal + 3 * index), direction, key_light,
-                               received + (size_t)(j * wide + i) * QJ_RECEIVED_SIZE);
-    real3 albedo = real3_at(scene + QJ_SCENE_CLAY);
-    if (strip.has_traits) {
-      real t = trait[index];
-      albedo = t < 0 ? -t * albedo : trait_albedo(t, scene);
-    }
-    sum += film(lit(albedo, e));
-  }
-  real opaque = 1;
-  if (misses > 0) {
-    int behind = (int)scene[QJ_SCENE_BACKDROP];
-    real3 direction;
-    real3 o = view_point(view, place.x * (real)samples, place.y * (real)samples, 0, &direction);
-    int number = wide * strip.rows * samples + row * strip.columns + column;
-    real3 color = backdrop((place - middle) / fmin(middle.x, middle.y));
-    if (behind == QJ_BACKDROP_PLAIN) color = real3_at(scene + QJ_SCENE_COLOR);
-    real3 share = ground_share(o, direction, scene, key_light, ground,
-                               received + (size_t)number * QJ_RECEIVED_SIZE, color);
-    if (behind == QJ_BACKDROP_NONE) {
-      // Shadows are black, and as opaque as they are dark.
-      opaque = 1 - (real)misses / (real)(samples * samples) * luminance(share);
-    } else {
-      sum += (real)misses * (behind == QJ_BACKDROP_PLAIN ? color * share : film(color * share));
-    }
-  }
-  sum /= (real)(samples * samples) * fmax(opaque, (real)1e-6f);
-  // Rounding by a fixed pattern hides steps in the backdrop.
-  uint h = (uint)column * 1973u + (uint)(row + strip.first_row) * 9277u;
-  h = (h ^ (h >> 13)) * 1274126177u;
-  // Never so much that a whole number becomes another.
-  real dither = (real)0.002 + (real)0.996 * (real)((h ^ (h >> 16)) & 0xffffu) / (real)65536;
-  sum = fmin(sum, (real3)(1));
-  size_t at = 4 * ((size_t)row * (size_t)strip.columns + (size_t)column);
-  rgba[at] = (uchar)(srgb_encode(sum.x) * 255 + dither);
-  rgba[at + 1] = (uchar)(srgb_encode(sum.y) * 255 + dither);
-  rgba[at + 2] = (uchar)(srgb_encode(sum.z) * 255 + dither);
-  rgba[at + 3] = (uchar)(opaque * 255 + dither);
+  light += ((size_t)with.lamp * with.receivers + r) * QJ_LAMP_SIZE;
+  light[QJ_LAMP_SEEN] = seen;
+  light[QJ_LAMP_THROUGH] = through;
 }

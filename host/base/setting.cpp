@@ -17,6 +17,11 @@ std::optional<double> number_in(const Value* value) {
 }
 
 template <class Value>
+std::optional<double> number_in(const std::vector<Value>*) {
+  return std::nullopt;
+}
+
+template <class Value>
 std::optional<double> number_in(const std::optional<Value>* value) {
   return *value ? number_in(&**value) : std::nullopt;
 }
@@ -27,7 +32,7 @@ std::optional<double> number_in(const DetailChoice* detail) {
 }
 
 std::optional<double> number_in(const Palette*) { return std::nullopt; }
-std::optional<double> number_in(const Lamp*) { return std::nullopt; }
+std::optional<double> number_in(const Background*) { return std::nullopt; }
 std::optional<double> number_in(const WordPlace&) { return std::nullopt; }
 
 }  // namespace

@@ -27,8 +27,14 @@ json json_of(const Rotation& rotation) {
   return json::array({axis.x(), axis.y(), axis.z(), rotation.degrees});
 }
 json json_of(const Box& box) { return json::array({json_of(box.low), json_of(box.high)}); }
-json json_of(const Lamp& lamp) {
-  return json::array({lamp.azimuth, lamp.elevation, lamp.strength});
+json json_of(const LightColor& color) { return to_string(color); }
+json json_of(const Background& background) { return to_string(background); }
+json json_of(const std::vector<Lamp>& lamps) {
+  json all = json::array();
+  for (const Lamp& lamp : lamps) {
+    all.push_back({lamp.azimuth, lamp.elevation, lamp.strength, to_string(lamp.color), lamp.size});
+  }
+  return all;
 }
 json json_of(const Palette& palette) {
   json names = json::array();

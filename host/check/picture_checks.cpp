@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "base/larger_error.hpp"
+#include "base/srgb.hpp"
 #include "check/checks.hpp"
+#include "check/shading_probe.hpp"
 #include "check/unit_ball.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/depth_grid.hpp"
@@ -100,11 +102,34 @@ double shade(const Device& device, Precision precision) {
   return hits > 100 ? worst : kInfinite;
 }
 
+/// Colours of the default tone curve, in steps of a byte; and whether white in even light is white
+/// whatever its roughness, in hundredths.
+double develop(const Device& device, Precision) {
+  std::vector<Rgb> radiances;
+  for (int i = 0; i < 24; ++i) radiances.emplace_back(0.08 * i, 0.02 * i * i, 0.3);
+  const auto bytes = developed(device, ToneCurve::neutral, radiances);
+  double worst = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const Rgb color = tone_mapped(ToneCurve::neutral, radiances[i / 3]);
+    const double right = 255 * base::srgb_encoded(color[static_cast<Eigen::Index>(i % 3)]);
+    worst = larger_error(worst, std::abs(bytes[i] - right));
+  }
+  const std::vector<Vector3d> normals(1, Vector3d(0.6, 0, 0.8));
+  for (const double roughness : {0.0, 0.5, 1.0}) {
+    ShadingProbe probe{.even_light = 1};
+    probe.scene.palette.clay = Rgb::Ones();
+    probe.scene.matter.roughness = roughness;
+    worst = larger_error(worst, 100 * (probe.radiance(device, normals)[0] - Rgb::Ones()).norm());
+  }
+  return worst;
+}
+
 constexpr std::array kPictureChecks{
     Check{"ray_march.cl", "depths of a ball, in a ray's tolerance", 1, 1, depths<false>, true},
     Check{"ray_grid.cl", "coarse depths of a ball, in the same", 2, 2, depths<true>},
     Check{"orbit_trait.cl", "angles of a ball's orbits", 1e-4, 1e-6, orbit_trait},
     Check{"shade.cl", "normals of a ball", 0.1, 0.1, shade},
+    Check{"develop.cl", "colours in steps of a byte, and white in even light", 1.1, 1.1, develop},
 };
 
 }  // namespace

@@ -142,11 +142,12 @@ Image comparison(const Device& device, const Map& map, const TriangleMesh& mesh,
   const std::vector<Eigen::Vector3d> of_mesh =
       options.box ? std::vector<Eigen::Vector3d>{} : picture::extremes(mesh.vertices, monitor.stop);
   standing.camera = studio.aimed(std::span(&standing.camera, 1), of_mesh).front();
+  const auto [set, seen] = studio.layered_picture(standing.camera, monitor);
+  standing.exposure = studio.exposure();
   PictureOptions potential = standing;
   potential.iterations = 1;
   const Image original = render_mesh(device, mesh, mesh.box(), standing, monitor);
   const Image fitted = render(device, framed, potential, monitor);
-  const auto [set, seen] = studio.layered_picture(standing.camera, monitor);
   const std::vector<double> distances =
       distances_of(outer_surface(device, mesh, monitor.stop).distance, seen, monitor.stop);
   const double diagonal = mesh.box().diagonal();

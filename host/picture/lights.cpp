@@ -11,18 +11,37 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Texels along a side of a light's map at full fineness, and of the coarsest map.
+// Texels along a side at full fineness of the maps of the sky's lights, the key light and other
+// lamps, and of the coarsest map.
 constexpr int kSkyMap = 160;
-constexpr int kRimMap = 384;
+constexpr int kOtherMap = 384;
 constexpr int kKeyMap = 768;
 constexpr int kLeastMap = 64;
-constexpr double kKeySoftness = 0.05;
+/// The irradiance of a surface that faces a white lamp of strength 1.
+constexpr double kLampLight = 1.35;
 
-/// What the surroundings send from a direction whose sine of elevation is `rise`, per steradian:
-/// a sky brightest overhead, cool; a floor that glows warmly with the light it has got.
-Vector3d surroundings(double rise) {
-  const Vector3d horizon(0.12, 0.13, 0.145), zenith(0.22, 0.235, 0.26), floor(0.085, 0.078, 0.068);
-  return rise > 0 ? Vector3d(horizon + rise * (zenith - horizon)) : floor;
+// Of the studio, per steradian: a sky brightest overhead, cool; a floor that glows warmly with the
+// light it has got.
+const Vector3d kZenith(0.22, 0.235, 0.26), kHorizon(0.12, 0.13, 0.145), kFloor(0.085, 0.078, 0.068);
+
+Vector3d fill_of(const Rig& rig) { return rig.fill * rig.fill_color.linear(); }
+
+Vector3d light_of(const Lamp& lamp) { return lamp.strength * kLampLight * lamp.color.linear(); }
+
+/// What comes from a direction whose sine of elevation is `rise`, per steradian.
+Vector3d sent_from(const Surroundings& around, double rise) {
+  return rise > 0 ? Vector3d(around.horizon + rise * (around.zenith - around.horizon))
+                  : around.floor;
+}
+
+/// The irradiance of a level floor with nothing in the way.
+Vector3d on_floor(const Rig& rig) {
+  const Surroundings around = surroundings_of(rig);
+  Vector3d sum = std::numbers::pi * (around.horizon + 2.0 / 3 * (around.zenith - around.horizon));
+  for (const Lamp& lamp : rig.lamps) {
+    sum += std::max(0.0, std::sin(lamp.elevation * kDegree)) * light_of(lamp);
+  }
+  return sum;
 }
 
 int map_size(int full, double fineness) {
@@ -58,42 +77,53 @@ PackedLights packed(std::span<const Light> lights) {
   return all;
 }
 
-std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness, int count) {
+Surroundings surroundings_of(const Rig& rig) {
+  const Vector3d fill = fill_of(rig);
+  return {kZenith.cwiseProduct(fill), kHorizon.cwiseProduct(fill), kFloor.cwiseProduct(fill)};
+}
+
+Vector3d wall_light(const Rig& rig) {
+  return rig.wall * on_floor(rig).cwiseQuotient(on_floor(rig_named(RigName::studio)));
+}
+
+std::vector<Light> sky_lights(const Rig& rig, UpAxis up, const Box& held, double fineness,
+                              int count) {
   const CameraAxes axes = camera_axes({.azimuth = 0, .elevation = 0, .up = up});
   const int size = map_size(kSkyMap, std::sqrt(fineness));
+  const Surroundings around = surroundings_of(rig);
   std::vector<Light> lights;
   // A Fibonacci spiral: nearly even over the sphere.
   for (int i = 0; i < count; ++i) {
     const double rise = 1 - (2 * i + 1.0) / count;
-    const double around = std::numbers::pi * (1 + std::sqrt(5.0)) * i;
+    const double turn = std::numbers::pi * (1 + std::sqrt(5.0)) * i;
     const double level_part = std::sqrt(1 - rise * rise);
     const double steradians = 4 * std::numbers::pi / count;
-    const Vector3d towards = level_part * std::cos(around) * axes.right + rise * axes.up +
-                             level_part * std::sin(around) * axes.back;
+    const Vector3d towards = level_part * std::cos(turn) * axes.right + rise * axes.up +
+                             level_part * std::sin(turn) * axes.back;
     lights.push_back(
-        {towards, steradians * surroundings(rise), 0, parallel_view(towards, held, size)});
+        {towards, steradians * sent_from(around, rise), 0, parallel_view(towards, held, size)});
     lights.back().view.coarse_will_do = true;
   }
   return lights;
 }
 
-LampLights lamps(const Camera& camera, const Lamp& key, const Box& held, double fineness) {
+std::vector<Light> lamp_lights(const Rig& rig, const Camera& camera, const Box& held,
+                               double fineness) {
   Camera level = camera;
   level.elevation = 0;
   const CameraAxes axes = camera_axes(level);
-  const auto from = [&](double right, double up, double back) -> Vector3d {
-    return (right * axes.right + up * axes.up + back * axes.back).normalized();
-  };
-  const auto lamp = [&](const Vector3d& towards, const Vector3d& color, double softness, int size) {
-    return Light{towards, color, softness, parallel_view(towards, held, map_size(size, fineness))};
-  };
-  const double azimuth = key.azimuth * kDegree, elevation = key.elevation * kDegree;
-  const Vector3d towards = from(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                                std::cos(azimuth) * std::cos(elevation));
-  const Vector3d color = key.strength * Vector3d(1.35, 1.26, 1.10);
-  LampLights lights{lamp(towards, color, kKeySoftness, kKeyMap),
-                    lamp(from(0.75, 0.40, -0.60), {0.50, 0.54, 0.60}, 0, kRimMap)};
-  lights.rim.view.coarse_will_do = true;
+  std::vector<Light> lights;
+  for (const Lamp& lamp : rig.lamps) {
+    const double azimuth = lamp.azimuth * kDegree, elevation = lamp.elevation * kDegree;
+    const Vector3d towards = std::sin(azimuth) * std::cos(elevation) * axes.right +
+                             std::sin(elevation) * axes.up +
+                             std::cos(azimuth) * std::cos(elevation) * axes.back;
+    const bool is_key = lights.empty();
+    const int size = map_size(is_key ? kKeyMap : kOtherMap, fineness);
+    lights.push_back({towards.normalized(), light_of(lamp), std::tan(lamp.size * kDegree),
+                      parallel_view(towards.normalized(), held, size)});
+    lights.back().view.coarse_will_do = !is_key;
+  }
   return lights;
 }
 

@@ -1,10 +1,11 @@
 #pragma once
-/// The light the shape stands in: a key light, a rim light, a sky, and the ground's glow.
+/// The light the shape stands in: lamps, a sky, and the floor's glow.
 
 #include <span>
 #include <vector>
 
 #include "picture/view.hpp"
+#include "qjulia/light.hpp"
 
 namespace qjulia::picture {
 
@@ -24,15 +25,23 @@ struct PackedLights {
 };
 PackedLights packed(std::span<const Light> lights);
 
+/// What the surroundings send from all sides, per steradian.
+struct Surroundings {
+  Eigen::Vector3d zenith, horizon, floor;
+};
+Surroundings surroundings_of(const Rig& rig);
+
+/// The light on the studio's wall, relative to that of the studio's rig.
+Eigen::Vector3d wall_light(const Rig& rig);
+
 /// @param held a box that holds the shape. @param fineness of the depth maps: 1 for a picture of
 /// 1280 × 960, in proportion for smaller ones.
-std::vector<Light> sky_lights(UpAxis up, const Box& held, double fineness, int count);
+std::vector<Light> sky_lights(const Rig& rig, UpAxis up, const Box& held, double fineness,
+                              int count);
 
-/// They stay with the camera's azimuth, so that the shape turns under them.
-struct LampLights {
-  Light key;  ///< with a penumbra
-  Light rim;  ///< casts no shadow on the ground
-};
-LampLights lamps(const Camera& camera, const Lamp& key, const Box& held, double fineness);
+/// The rig's lamps, the key light first and with the finest map. They stay with the camera's
+/// azimuth, so that the shape turns under them.
+std::vector<Light> lamp_lights(const Rig& rig, const Camera& camera, const Box& held,
+                               double fineness);
 
 }  // namespace qjulia::picture

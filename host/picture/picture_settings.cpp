@@ -1,9 +1,13 @@
 #include "qjulia/picture_settings.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <iterator>
 #include <utility>
 
+#include "qjulia/look.hpp"
 #include "qjulia/orbit_settings.hpp"
 
 namespace qjulia {
@@ -115,6 +119,25 @@ std::vector<PictureSetting> camera_frame_settings() {
          .help = "Degrees, vertical"},
         [](PictureOptions& p) -> ValuePlace { return &p.camera.field_of_view; }},
        true},
+      {{{.name = "aperture",
+         .values = "NUMBER",
+         .least = 0,
+         .most = 1,
+         .example = "0.1",
+         .help = "The width of the lens, as a share of its distance to what is in focus. What lies "
+                 "as far behind that as the picture is high is blurred to about this share of the "
+                 "picture's height. 0 is sharp everywhere; otherwise a pixel has 16 times as many "
+                 "rays"},
+        [](PictureOptions& p) -> ValuePlace { return &p.camera.aperture; }},
+       true},
+      {{{.name = "focus",
+         .values = "X Y Z",
+         .unit = "shape units",
+         .left_out = "what is seen in the middle of the picture, or else nearest to it",
+         .example = "0 0.1 0",
+         .help = "The point that is in focus, shape units"},
+        [](PictureOptions& p) -> ValuePlace { return &p.camera.focus; }},
+       true},
       {{{.name = "up",
          .values = "x|y|z|-x|-y|-z|auto",
          .automatic = "auto",
@@ -131,9 +154,17 @@ std::vector<PictureSetting> camera_frame_settings() {
   };
 }
 
-/// Colours and lamps.
+/// Colours, lamps and the exposure.
 std::vector<PictureSetting> light_settings() {
   return {
+      {{{.name = "look",
+         .values = "NAME|FILE.toml",
+         .example = "gold",
+         .help = fmt::format("Settings that go together: {}; or a file of your own. Other options "
+                             "override it",
+                             fmt::join(look_names(), ", ")),
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.look; }}},
       {{{.name = "material",
          .words = {"clay", "iterations", "trap", "groove", "height", "factor"},
          .example = "groove",
@@ -157,11 +188,33 @@ std::vector<PictureSetting> light_settings() {
          .controls =
              {{.name = "palette", .label = "palette", .help = "", .words = palette_names()}}},
         [](PictureOptions& p) -> ValuePlace { return &p.palette; }}},
+      {{{.name = "background",
+         .values = "studio|transparent|COLOUR",
+         .example = "203040",
+         .help = "What is behind the set: studio, a light grey wall in the light of the lamps; "
+                 "transparent, with an alpha, in which the set's shadow is black and lets what is "
+                 "behind shine through; or a colour, RRGGBB (sRGB), white or black",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.background; }}},
+      {{{.name = "light",
+         .words = {"studio", "rim", "low-key", "noon", "dusk", "museum"},
+         .example = "rim",
+         .help = "Lamps and a sky that go together: studio, even and soft; rim, two lamps from "
+                 "behind that draw the outline; low-key, one lamp from the side in the dark; noon, "
+                 "a high sun and a blue sky; dusk, the last sun; museum, warm spots from above",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return WordPlace(p.light.rig); }}},
       {{{.name = "lamp",
-         .values = "AZIMUTH ELEVATION STRENGTH",
-         .example = "10 20 1.5",
-         .help = "The brightest light: degrees from the camera to the right, degrees above the "
-                 "horizon, and how strong it is, 0 to 10",
+         .values = "AZIMUTH,ELEVATION,STRENGTH[,COLOUR[,SIZE]]",
+         .left_out = "those of `light`",
+         .example = "10,20,1.5,3200K,5",
+         .help =
+             "A lamp. The first one given replaces the first of `light`, the second the second, "
+             "up to 8. AZIMUTH is degrees to the right of the camera; ELEVATION is degrees "
+             "above the horizon; STRENGTH is 0 to 100, and 0 leaves the lamp out. COLOUR is a "
+             "temperature such as 3200K (6500K is white) or RRGGBB. SIZE is degrees from the "
+             "lamp's middle to its edge, 0 to 60; a large lamp casts soft shadows",
+         .interpolation = Interpolation::none,
          .group = "Look",
          .controls = {{.name = "lightaz",
                        .label = "from the side",
@@ -176,20 +229,119 @@ std::vector<PictureSetting> light_settings() {
                        .most = 90,
                        .step = 1},
                       {.name = "light",
-                       .label = "light",
+                       .label = "strength",
                        .help = "Strength of the lamp",
                        .least = 0,
                        .most = 2,
                        .step = 0.05}}},
-        [](PictureOptions& p) -> ValuePlace { return &p.lamp; }}},
+        [](PictureOptions& p) -> ValuePlace { return &p.light.lamps; }}},
+      {{{.name = "fill",
+         .values = "NUMBER",
+         .least = 0,
+         .most = 10,
+         .left_out = "that of `light`",
+         .example = "0.3",
+         .help = "How strong the light is that comes from all sides; 1 is that of the studio"},
+        [](PictureOptions& p) -> ValuePlace { return &p.light.fill; }}},
+      {{{.name = "fill_color",
+         .values = "COLOUR",
+         .left_out = "that of `light`",
+         .example = "9000K",
+         .help = "The colour of the light from all sides: a temperature such as 9000K (6500K is "
+                 "white) or RRGGBB",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.light.fill_color; }}},
+      {{{.name = "exposure",
+         .values = "STOPS",
+         .least = -20,
+         .most = 20,
+         .automatic = "auto",
+         .example = "0.5",
+         .help =
+             "Stops: each doubles the light of the picture. auto gives the set as much light as "
+             "the studio does; all pictures of a series have the same"},
+        [](PictureOptions& p) -> ValuePlace { return &p.exposure; }}},
+      {{{.name = "tone",
+         .words = {"neutral", "agx", "aces", "none"},
+         .example = "agx",
+         .help = "How bright light becomes colour: neutral keeps colours as they are (Khronos PBR "
+                 "Neutral); agx lets bright ones fade slowly to white; aces has much "
+                 "contrast; none cuts off",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return WordPlace(p.tone); }}},
+  };
+}
+
+/// A setting of matter, a number.
+PictureSetting of_matter(Setting setting, ValuePlace (*place)(PictureOptions&)) {
+  setting.values = "NUMBER";
+  return {{std::move(setting), place}};
+}
+
+/// What the set is made of.
+std::vector<PictureSetting> matter_settings() {
+  return {
+      of_matter({.name = "roughness",
+                 .least = 0,
+                 .most = 1,
+                 .example = "0.3",
+                 .help = "0 is polished, 1 is chalk"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.roughness; }),
+      of_matter({.name = "metal",
+                 .least = 0,
+                 .most = 1,
+                 .example = "1",
+                 .help = "1 is metal, which reflects its surroundings in its own colour"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.metal; }),
+      of_matter({.name = "coat",
+                 .least = 0,
+                 .most = 1,
+                 .example = "0.8",
+                 .help = "How much of a clear, polished layer lies over the set"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.coat; }),
+      of_matter({.name = "sheen",
+                 .least = 0,
+                 .most = 1,
+                 .example = "0.5",
+                 .help = "How bright edges are, as those of velvet"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.sheen; }),
+      of_matter({.name = "wax",
+                 .least = 0,
+                 .most = 1,
+                 .example = "0.7",
+                 .help = "How much light goes through what is thin, as through wax or jade"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.wax; }),
+      of_matter({.name = "glow",
+                 .least = 0,
+                 .most = 10,
+                 .example = "2",
+                 .help = "How strongly the upper part of the palette shines by itself"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.glow; }),
+      of_matter({.name = "glow_from",
+                 .least = 0,
+                 .most = 0.99,
+                 .example = "0.9",
+                 .help = "Where on the palette the glow begins"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.glow_from; }),
+      of_matter({.name = "fog",
+                 .least = 0,
+                 .most = 1,
+                 .example = "0.4",
+                 .help = "How strongly the set's far side fades into the background"},
+                [](PictureOptions& p) -> ValuePlace { return &p.matter.fog; }),
   };
 }
 
 std::vector<PictureSetting> made_settings() {
   std::vector<PictureSetting> all;
-  for (const auto part :
-       {field_settings, camera_place_settings, camera_frame_settings, light_settings}) {
+  for (const auto part : {field_settings, camera_place_settings, camera_frame_settings}) {
     std::ranges::move(part(), std::back_inserter(all));
+  }
+  for (const auto part : {light_settings, matter_settings}) {
+    for (PictureSetting& setting : part()) {
+      setting.is_of_look = setting.name != "look";
+      all.push_back(std::move(setting));
+    }
   }
   return all;
 }
@@ -198,18 +350,6 @@ std::vector<PictureSetting> made_settings() {
 
 const char* to_string(Material material) {
   return picture_setting_named("material").words.at(static_cast<std::size_t>(material)).c_str();
-}
-
-const char* to_string(Backdrop backdrop) {
-  switch (backdrop) {
-    case Backdrop::studio:
-      return "studio";
-    case Backdrop::plain:
-      return "plain";
-    case Backdrop::transparent:
-      return "transparent";
-  }
-  return "";
 }
 
 std::span<const PictureSetting> picture_settings() {

@@ -13,6 +13,7 @@
 #include "map/portals.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/framing.hpp"
+#include "picture/lens.hpp"
 #include "picture/material_traits.hpp"
 #include "picture/near_shadow.hpp"
 #include "picture/shading.hpp"
@@ -49,6 +50,10 @@ constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kDepthGridCost = 3e5;
 /// the greatest number of pictures that are sampled.
 constexpr double kShownRays = 12000, kLeastShownRays = 2000;
 constexpr std::size_t kMostShown = 12;
+/// Views through a lens for each sample of a pixel.
+constexpr int kLensViews = 16;
+/// What radiance is multiplied by at an exposure of 0.
+constexpr double kBaseExposure = 0.62;
 constexpr double kEverywhere = 1e6;  ///< map units: farther than any set reaches
 
 /// The lowest point of the shape along `up`.
@@ -193,10 +198,8 @@ void PictureOptions::validate() const {
   base::expect_between("samples_per_axis", samples_per_axis, 1, 8);
   base::expect_finite("azimuth", camera.azimuth);
   map::expect_box(box);
-  base::expect_finite("lamp", lamp.azimuth);
-  base::expect_between("lamp", lamp.elevation, -90.0, 90.0, "degrees");
-  base::expect_between("lamp", lamp.strength, 0.0, 10.0);
-  expect_color("background", background);
+  light.validate();
+  expect_color("background", background.color);
   expect_color("palette", palette.clay);
   for (const Rgb& stop : palette.stops) expect_color("palette", stop);
   if (palette.stops.size() < 2 || palette.stops.size() > Palette::kMostStops) {
@@ -253,7 +256,9 @@ struct Studio::Impl {
   UpAxis known_up = kDefaultUp;  ///< where the camera does not say
   std::stop_token stop{};        ///< ends pictures that have no other
   Coloring coloring{};
-  MaterialRange range{};            ///< the last picture's
+  MaterialRange range{};  ///< the last picture's
+  double exposure = 0;    ///< the last picture's, stops
+  Rig rig{};
   std::optional<Box> part{};        ///< what cuts leave, in the scene
   std::vector<Vector3d> outline{};  ///< shape units, once it was asked for
   std::optional<UpAxis> up{};       ///< for which sky and ground were made
@@ -272,14 +277,35 @@ struct Studio::Impl {
                        options.samples_per_axis);
   }
   bool has_material() const { return options.material != Material::clay; }
+  /// About so many of a view's rays, and their depths.
+  struct Sampled {
+    View few;
+    std::vector<float> depths;
+  };
+  /// The look-up tables for the view's own rays are made first, and serve these rays, too, so that
+  /// the picture is the same, bit for bit, where what these rays tell is given.
+  Sampled sampled(const View& view, double rays);
   /// Values of the material at about so many points of a view that was prepared.
   std::vector<float> shown(const View& view, double rays);
   LayeredImage picture(const ProgressMonitor& monitor, bool with_layers);
   /// Depths of the sky's lights, and what they light of the ground.
   void light_sky(Work& work);
-  /// The pixels, strip by strip.
-  void draw(const View& view, const Light& key, const Shading& shading, bool with_layers,
-            Work& work, LayeredImage& picture) const;
+  /// What a picture is made of, before it is developed.
+  struct Exposed {
+    std::vector<float> pixels;  ///< sums over views: layout/picture_layout.h
+    LayeredImage picture;       ///< all but its bytes
+  };
+  /// Adds `share` of what a view shows, strip by strip. @param is_first its layers count.
+  void expose(const View& view, std::span<const Light> lamps, const Shading& shading, double share,
+              bool is_first, bool with_layers, Work& work, Exposed& exposed) const;
+  /// The bytes of a picture that was exposed.
+  Image developed(const Exposed& exposed, const Shading& shading) const;
+  /// The views whose mean the picture is.
+  std::vector<View> views_of(const Camera& camera);
+  /// The distance, along the axis, of what is seen nearest to the middle of a view.
+  double distance_in_focus(const View& view);
+  /// The exposure, in stops, with which what this view shows gets as much light as in the studio.
+  double metered(const View& view, const Shading& shading);
 
  private:
   Scene scene() const {
@@ -288,9 +314,11 @@ struct Studio::Impl {
             framed.center(),
             0.5 * framed.diagonal(),
             options.ground,
-            options.backdrop,
             options.background,
-            options.palette};
+            options.palette,
+            options.matter,
+            rig,
+            options.tone};
   }
   /// The box whose faces, where they cut the set, have colours of their own; empty for heights and
   /// factors, which continue inside the set.
@@ -333,9 +361,18 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
   const UpAxis up = map.frame.up.value_or(kDefaultUp);
   const Coloring coloring{options.material, direction(options.camera.up.value_or(up)),
                           map.frame.shape_to_map};
-  return std::make_unique<Impl>(Impl{device, options, std::move(source), framed,
-                                     map.frame.shape_to_map, fineness, is_draft, up, stop, coloring,
-                                     options.range.value_or(MaterialRange{}), std::move(set.part)});
+  return std::make_unique<Impl>(Impl{.device = device,
+                                     .options = options,
+                                     .source = std::move(source),
+                                     .framed = framed,
+                                     .to_scene = map.frame.shape_to_map,
+                                     .fineness = fineness,
+                                     .is_draft = is_draft,
+                                     .known_up = up,
+                                     .stop = stop,
+                                     .coloring = coloring,
+                                     .range = options.range.value_or(MaterialRange{}),
+                                     .part = std::move(set.part)});
 }
 
 Studio::Studio(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -435,8 +472,10 @@ std::vector<Camera> Studio::Impl::aimed(std::span<const Camera> cameras,
   return picture::aimed(all, points, static_cast<double>(options.width) / options.height);
 }
 
-std::vector<float> Studio::Impl::shown(const View& view, double rays) {
-  // Few of the same rays. What they show is as fine as the picture's pixels.
+namespace {
+
+/// Some of the view's rays. What they show is as fine as the view's pixels.
+View with_fewer_rays(const View& view, double rays) {
   View few = view;
   const double pixels = static_cast<double>(view.columns) * view.rows / rays;
   few.samples = std::clamp(static_cast<int>(std::lround(std::sqrt(pixels))), 1,
@@ -444,10 +483,35 @@ std::vector<float> Studio::Impl::shown(const View& view, double rays) {
   few = few.coarse();
   few.footprint = view.footprint * view.samples;
   few.tolerance = view.tolerance;
-  // The look-up tables for the view's own rays are made first, and serve these rays, too, so that
-  // the picture is the same, bit for bit, as with this range given.
+  return few;
+}
+
+}  // namespace
+
+Studio::Impl::Sampled Studio::Impl::sampled(const View& view, double rays) {
+  const View few = with_fewer_rays(view, rays);
   source->depths(view, 0, 1);
-  const std::vector<float> depths = source->depths(few, 0, few.rows);
+  return {few, source->depths(few, 0, few.rows)};
+}
+
+double Studio::Impl::metered(const View& view, const Shading& shading) {
+  // Of the studio's rig on a shape without grooves; pictures show three quarters of a shape darker.
+  constexpr float kStudioLight = 1.25F;
+  constexpr double kBrightShare = 0.85, kLeastLight = 1e-4;
+  auto [few, depths] = sampled(view, kShownRays);
+  few.footprint = view.footprint * view.columns / few.columns;  // normals look from ray to ray
+  const Strip strip{.rows = few.rows, .samples = 1, .depths = std::move(depths)};
+  std::vector<float> light = shading.incident(few, strip);
+  if (light.empty()) return 0;
+  const auto place =
+      static_cast<std::ptrdiff_t>(kBrightShare * static_cast<double>(light.size() - 1));
+  std::ranges::nth_element(light, light.begin() + place);
+  return std::log2(kStudioLight /
+                   std::max(double{light[static_cast<std::size_t>(place)]}, kLeastLight));
+}
+
+std::vector<float> Studio::Impl::shown(const View& view, double rays) {
+  const auto [few, depths] = sampled(view, rays);
   return traits_at(*source, coloring, seen_points(few, 0, depths, faces()).skin, few.footprint);
 }
 
@@ -481,6 +545,15 @@ std::vector<float> Studio::shown(std::span<const Camera> cameras) {
     all.insert(all.end(), seen.begin(), seen.end());
   }
   return all;
+}
+
+double Studio::exposure() const { return impl_->exposure; }
+
+void Studio::set_exposure(double stops) {
+  PictureOptions options = impl_->options;
+  options.exposure = stops;
+  options.validate();
+  impl_->options.exposure = stops;
 }
 
 void Studio::set_range(const std::optional<MaterialRange>& range) {
@@ -532,37 +605,86 @@ void Studio::Impl::light_sky(Work& work) {
   up = options.camera.up;
 }
 
-void Studio::Impl::draw(const View& view, const Light& key, const Shading& shading,
-                        bool with_layers, Work& work, LayeredImage& picture) const {
-  Image& image = picture.image;
-  const int samples = options.samples_per_axis;
+void Studio::Impl::expose(const View& view, std::span<const Light> lamps, const Shading& shading,
+                          double share, bool is_first, bool with_layers, Work& work,
+                          Exposed& exposed) const {
+  const int samples = view.samples, height = options.height;
   const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
   // Near shadows look at the middles of the pixels beyond it, and a sample around each.
   const int halo = std::max(kHalo, samples / 2 + 2);
   SpecklessDepths depths(*source, view);
-  for (int row = 0; row < options.height; row += strip_rows) {
-    const int rows = std::min(strip_rows, options.height - row);
+  auto pixel = exposed.pixels.begin();
+  for (int row = 0; row < height; row += strip_rows) {
+    const int rows = std::min(strip_rows, height - row);
     const int from = std::max(0, row * samples - halo);
     const int to = std::min(view.rows, (row + rows) * samples + halo);
     Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
     {
       const TraceStage stage(work.monitor.trace, "rays");
       strip.depths = depths.rows(from, to - from);
-      strip.near_shadow = near_shadow(*source, view, key, strip);
-      strip.narrowest_penumbra = narrowest_penumbra(view, key);
+      if (!lamps.empty()) {
+        strip.near_shadow = near_shadow(*source, view, lamps.front(), strip);
+        strip.narrowest_penumbra = narrowest_penumbra(view, lamps.front());
+      }
     }
     strip.traits = traits_of(view, strip);
     throw_if_stopped(work.monitor.stop);
     const TraceStage stage(work.monitor.trace, "shade");
-    const Shaded shaded = shading.shade(view, strip, with_layers);
-    image.pixels.insert(image.pixels.end(), shaded.pixels.begin(), shaded.pixels.end());
-    if (options.backdrop == Backdrop::transparent) {
-      image.alpha.insert(image.alpha.end(), shaded.alpha.begin(), shaded.alpha.end());
+    const Shaded shaded = shading.shade(view, strip, is_first && with_layers);
+    for (const float value : shaded.pixels) *pixel++ += static_cast<float>(share) * value;
+    if (is_first) {
+      exposed.picture.image.covered += covered_pixels(view, strip);
+      if (with_layers) add_layers(view, strip, shaded.normals, to_scene, exposed.picture.layers);
     }
-    image.covered += covered_pixels(view, strip);
-    if (with_layers) add_layers(view, strip, shaded.normals, to_scene, picture.layers);
-    work.did(cost(view) * strip.rows / options.height);
+    work.did(cost(view) * strip.rows / height);
   }
+}
+
+Image Studio::Impl::developed(const Exposed& exposed, const Shading& shading) const {
+  Image image = exposed.picture.image;
+  const std::size_t width = QJ_PIXEL_SIZE * static_cast<std::size_t>(image.width);
+  const int strip_rows = std::max(1, kStripSamples / image.width);
+  for (int row = 0; row < image.height; row += strip_rows) {
+    const auto rows = static_cast<std::size_t>(std::min(strip_rows, image.height - row));
+    const auto strip =
+        std::span(exposed.pixels).subspan(static_cast<std::size_t>(row) * width, rows * width);
+    const Developed shown =
+        shading.develop(strip, row, image.width, image.height, kBaseExposure * std::exp2(exposure));
+    image.pixels.insert(image.pixels.end(), shown.pixels.begin(), shown.pixels.end());
+    if (options.background.kind == Backdrop::transparent) {
+      image.alpha.insert(image.alpha.end(), shown.alpha.begin(), shown.alpha.end());
+    }
+  }
+  return image;
+}
+
+std::vector<View> Studio::Impl::views_of(const Camera& camera) {
+  const int samples = options.samples_per_axis;
+  const View view = view_of(camera);
+  if (camera.aperture == 0) return {view};
+  const Camera placed = in_scene(camera, to_scene);
+  const View pixels = camera_view(placed, framed, options.width, options.height, 1);
+  const double focus = camera.focus ? distance_along_axis(pixels, to_scene.to_map(*camera.focus))
+                                    : distance_in_focus(pixels);
+  if (!(focus > 0)) throw OptionError("focus", "it lies behind the camera");
+  return lens_views(pixels, camera.aperture, focus, kLensViews * samples * samples);
+}
+
+double Studio::Impl::distance_in_focus(const View& view) {
+  const auto [few, depths] = sampled(view, kShownRays);
+  double nearest = std::numeric_limits<double>::infinity();
+  Vector3d seen = framed.center();
+  for (int row = 0; row < few.rows; ++row) {
+    for (int column = 0; column < few.columns; ++column) {
+      const float depth = depths[index(column, row, few.columns)];
+      const double x = column + 0.5, y = row + 0.5;
+      const double away = std::hypot(x - 0.5 * few.columns, y - 0.5 * few.rows);
+      if (depth < 0 || away >= nearest) continue;
+      nearest = away;
+      seen = few.at(x, y, double{depth});
+    }
+  }
+  return distance_along_axis(view, seen);
 }
 
 LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_layers) {
@@ -570,14 +692,17 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   options.camera = aimed(std::span(&options.camera, 1), {}).front();
   const Camera& camera = options.camera;
   const View view = view_of(camera);
-  LampLights with =
-      lamps(camera, options.lamp, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
+  rig = options.light.whole();
+  std::vector<Light> lamps =
+      lamp_lights(rig, camera, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
+  double cost_of_lamps = 0;
+  for (const Light& lamp : lamps) cost_of_lamps += cost(lamp.view);
   const bool is_first = up != camera.up;
-  Work work{monitor, cost(view) + cost(with.key.view) + cost(with.rim.view)};
+  Work work{monitor, cost(view) + cost_of_lamps};
   if (is_first) {
     up.reset();  // a stop may come before all is there
-    sky =
-        sky_lights(*camera.up, source->bounds(), fineness, is_draft ? kDraftSkyLights : kSkyLights);
+    sky = sky_lights(rig, *camera.up, source->bounds(), fineness,
+                     is_draft ? kDraftSkyLights : kSkyLights);
     work.all += kDepthGridCost;
     for (const Light& light : sky) work.all += cost(light.view);
   }
@@ -597,26 +722,34 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   }
   {
     const TraceStage stage(monitor.trace, "lamps");
-    with.key.depths = speckless_depths(*source, with.key.view);
-    take_depths(with.rim);
+    for (Light& lamp : lamps) {
+      if (&lamp == &lamps.front()) {
+        lamp.depths = speckless_depths(*source, lamp.view);
+      } else {
+        take_depths(lamp);
+      }
+      work.did(cost(lamp.view));
+    }
   }
-  work.did(cost(with.key.view) + cost(with.rim.view));
   if (has_material()) {
     range = options.range ? *options.range : range_over(shown(view, kShownRays), options.material);
   }
-  std::vector<Light> lights{with.key};
-  lights.insert(lights.end(), sky.begin(), sky.end());
-  lights.push_back(with.rim);
-  const Shading shading(device, scene(), ground_light, lights);
+  const Shading shading(device, scene(), ground_light, lamps, sky);
+  exposure = options.exposure ? *options.exposure : metered(view, shading);
 
-  LayeredImage picture{.image = {options.width, options.height, {}}, .layers = {}};
-  Image& image = picture.image;
-  image.loose = source->loose_pieces();
-  image.loose.volume /= std::pow(to_scene.scale, 3);
-  image.pixels.reserve(3 * static_cast<std::size_t>(image.width) *
-                       static_cast<std::size_t>(image.height));
-  draw(view, with.key, shading, with_layers, work, picture);
-  return picture;
+  Exposed exposed{.pixels = {},
+                  .picture = {.image = {options.width, options.height, {}}, .layers = {}}};
+  exposed.pixels.resize(QJ_PIXEL_SIZE * index(0, options.height, options.width));
+  exposed.picture.image.loose = source->loose_pieces();
+  exposed.picture.image.loose.volume /= std::pow(to_scene.scale, 3);
+  const std::vector<View> views = views_of(camera);
+  work.all += static_cast<double>(views.size()) * cost(views.front()) - cost(view);
+  for (const View& each : views) {
+    expose(each, lamps, shading, 1 / static_cast<double>(views.size()), &each == &views.front(),
+           with_layers, work, exposed);
+  }
+  exposed.picture.image = developed(exposed, shading);
+  return std::move(exposed.picture);
 }
 
 Image render(const Device& device, const Map& map, const PictureOptions& options,

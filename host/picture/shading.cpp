@@ -3,9 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "layout/picture_layout.h"
 #include "picture/depth_grid.hpp"
+#include "picture/reflectance.hpp"
 
 namespace qjulia::picture {
 namespace {
@@ -14,9 +16,6 @@ using Eigen::Vector3d;
 
 /// Depth differences, in footprints, at which a sample counts half for its neighbour's normal.
 constexpr double kNormalSoftness = 5;
-
-/// Number of the light with highlights and a penumbra.
-constexpr int kKey = 0;
 
 /// Work-groups of a fixed shape: a device may compile anew for each shape it meets.
 device::Range tiles(int columns, int rows) {
@@ -38,28 +37,24 @@ int number_of(Backdrop backdrop) {
   return QJ_BACKDROP_NONE;
 }
 
-std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
-  std::vector<float> reals(QJ_SCENE_SIZE);
-  const auto put = [&](std::size_t first, const Vector3d& v) {
-    Eigen::Map<Eigen::Vector3f>(reals.data() + first) = v.cast<float>();
-  };
-  put(QJ_SCENE_UP, scene.up);
-  put(QJ_SCENE_CENTER, scene.center);
-  put(QJ_SCENE_RIGHT, ground.right);
-  put(QJ_SCENE_FRONT, ground.front);
-  put(QJ_SCENE_OPEN_SKY, ground.open);
-  put(QJ_SCENE_COLOR, scene.color);
-  put(QJ_SCENE_CLAY, scene.palette.clay);
-  for (std::size_t i = 0; i < scene.palette.stops.size(); ++i) {
-    put(QJ_SCENE_STOP + 3 * i, scene.palette.stops[i]);
+int number_of(ToneCurve tone) {
+  switch (tone) {
+    case ToneCurve::neutral:
+      return QJ_TONE_NEUTRAL;
+    case ToneCurve::agx:
+      return QJ_TONE_AGX;
+    case ToneCurve::aces:
+      return QJ_TONE_ACES;
+    case ToneCurve::none:
+      break;
   }
-  reals[QJ_SCENE_STOPS] = static_cast<float>(scene.palette.stops.size());
-  reals[QJ_SCENE_SIDE] = static_cast<float>(ground.side);
-  reals[QJ_SCENE_BACKDROP] = static_cast<float>(number_of(scene.backdrop));
-  reals[QJ_SCENE_GROUND] = scene.has_ground ? static_cast<float>(scene.ground) : QJ_NO_GROUND;
-  reals[QJ_SCENE_RADIUS] = static_cast<float>(scene.radius);
-  return reals;
+  return QJ_TONE_NONE;
 }
+
+/// In radii of the shape: where light in wax of strength 1 has fallen to 1/e.
+constexpr double kThin = 0.11;
+/// For each radius, the logarithm of what fog of strength 1 leaves.
+constexpr double kFog = -2.5;
 
 constexpr int kSide = 160;  ///< points along a side at full fineness
 /// A light's part of the sky and a little of its neighbours', so that shadows run into one another.
@@ -90,6 +85,46 @@ std::vector<float> smoothed(const std::vector<float>& points, std::size_t side) 
 }
 
 }  // namespace
+
+std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
+  std::vector<float> reals(QJ_SCENE_SIZE);
+  const auto put = [&](std::size_t first, const Vector3d& v) {
+    Eigen::Map<Eigen::Vector3f>(reals.data() + first) = v.cast<float>();
+  };
+  const auto set = [&](std::size_t at, double value) { reals[at] = static_cast<float>(value); };
+  put(QJ_SCENE_UP, scene.up);
+  put(QJ_SCENE_CENTER, scene.center);
+  put(QJ_SCENE_RIGHT, ground.right);
+  put(QJ_SCENE_FRONT, ground.front);
+  put(QJ_SCENE_OPEN_SKY, ground.open);
+  put(QJ_SCENE_COLOR, scene.background.color);
+  put(QJ_SCENE_WALL_LIGHT, wall_light(scene.rig));
+  // Irradiance is divided by pi in kernels, and so radiance is pi times as much.
+  const Surroundings around = surroundings_of(scene.rig);
+  put(QJ_SCENE_ZENITH, std::numbers::pi * around.zenith);
+  put(QJ_SCENE_HORIZON, std::numbers::pi * around.horizon);
+  put(QJ_SCENE_FLOOR, std::numbers::pi * around.floor);
+  put(QJ_SCENE_CLAY, scene.palette.clay);
+  for (std::size_t i = 0; i < scene.palette.stops.size(); ++i) {
+    put(QJ_SCENE_STOP + 3 * i, scene.palette.stops[i]);
+  }
+  set(QJ_SCENE_STOPS, static_cast<double>(scene.palette.stops.size()));
+  set(QJ_SCENE_SIDE, ground.side);
+  set(QJ_SCENE_BACKDROP, number_of(scene.background.kind));
+  set(QJ_SCENE_GROUND, scene.has_ground ? scene.ground : double{QJ_NO_GROUND});
+  set(QJ_SCENE_RADIUS, scene.radius);
+  const Matter& matter = scene.matter;
+  set(QJ_SCENE_ROUGHNESS, matter.roughness);
+  set(QJ_SCENE_METAL, matter.metal);
+  set(QJ_SCENE_COAT, matter.coat);
+  set(QJ_SCENE_SHEEN, matter.sheen);
+  set(QJ_SCENE_WAX, matter.wax);
+  set(QJ_SCENE_GLOW, matter.glow);
+  set(QJ_SCENE_GLOW_FROM, matter.glow_from);
+  set(QJ_SCENE_FOG, kFog * matter.fog);
+  set(QJ_SCENE_TONE, number_of(scene.tone));
+  return reals;
+}
 
 GroundLight ground_light(const Device& device, const Scene& scene, std::vector<Light> sky,
                          double fineness) {
@@ -123,12 +158,14 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::vector<L
   const std::size_t count = receivers.size() / QJ_RECEIVER_SIZE;
   const auto shares = context.allocate<float>(count);
   const qj_light_arguments<float> arguments{.narrowest = 0,
+                                            .thin = 0,
                                             .receivers = static_cast<std::int32_t>(count),
                                             .ground = 0,
                                             .wide = ground.side,
                                             .samples = 1,
+                                            .lamps = 0,
                                             .lights = static_cast<std::int32_t>(sky.size()),
-                                            .key = -1};
+                                            .lamp = 0};
   context.launch(
       kernel, {{count, 1, 1}, {}},
       {device::Argument::of(arguments), context.upload<float>(receivers),
@@ -140,84 +177,153 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::vector<L
 }
 
 Shading::Shading(const Device& device, const Scene& scene, const GroundLight& ground,
-                 std::span<const Light> lights)
-    : device_(device), lights_count_(static_cast<int>(lights.size())) {
+                 std::span<const Light> lamps, std::span<const Light> sky)
+    : device_(device),
+      lamps_count_(static_cast<int>(lamps.size())),
+      lights_count_(static_cast<int>(lamps.size() + sky.size())),
+      thin_(scene.matter.wax * kThin * scene.radius) {
   device::Context& context = device.context();
+  std::vector<Light> lights(lamps.begin(), lamps.end());
+  lights.insert(lights.end(), sky.begin(), sky.end());
   const auto [reals, atlas] = packed(lights);
   lights_ = context.upload<float>(reals);
-  key_ = context.upload<float>(
-      std::span(reals).subspan(std::size_t{kKey} * QJ_LIGHT_SIZE, QJ_LIGHT_SIZE));
   maps_ = context.upload<float>(atlas);
   scene_ = context.upload<float>(packed(scene, ground));
   ground_ = context.upload<float>(ground.shares);
+  reflectance_ = context.upload<float>(reflectance_table());
   const device::BuildOptions options{1, Precision::single, {}};
   normals_ = context.kernel("shade.cl", "normals_of_depth", options);
   sample_receivers_ = context.kernel("shade.cl", "sample_receivers", options);
   ground_receivers_ = context.kernel("shade.cl", "ground_receivers", options);
   sky_light_ = context.kernel("shade.cl", "sky_light", options);
-  key_light_ = context.kernel("shade.cl", "key_light", options);
-  pixels_ = context.kernel("shade.cl", "shade_pixels", options);
+  lamp_light_ = context.kernel("shade.cl", "lamp_light", options);
+  radiance_ = context.kernel("develop.cl", "pixel_radiance", options);
+  develop_ = context.kernel("develop.cl", "develop_pixels", options);
+  incident_ = context.kernel("develop.cl", "incident_light", options);
+}
+
+/// What receivers of a strip have got, on the device.
+struct Shading::Received {
+  device::Argument strip, light;  ///< arguments of kernels
+  device::RealBuffer view;
+  device::Buffer<float> depths, normals, receivers, sky, lamps;
+};
+
+Shading::Received Shading::receive(const View& view, const Strip& strip) const {
+  device::Context& context = device_.context();
+  const int wide = view.columns, deep = static_cast<int>(strip.depths.size()) / wide;
+  const int columns = wide / strip.samples, sample_rows = strip.rows * strip.samples;
+  const int samples = wide * sample_rows, pixels = columns * strip.rows;
+  const auto count = static_cast<std::size_t>(samples) + static_cast<std::size_t>(pixels);
+  qj_light_arguments<float> light{.narrowest = static_cast<float>(strip.narrowest_penumbra),
+                                  .thin = static_cast<float>(thin_),
+                                  .receivers = samples + pixels,
+                                  .ground = samples,
+                                  .wide = wide,
+                                  .samples = strip.samples,
+                                  .lamps = lamps_count_,
+                                  .lights = lights_count_,
+                                  .lamp = 0};
+  Received received{
+      .strip = device::Argument::of(
+          qj_strip_arguments<float>{.columns = columns,
+                                    .rows_in_all = view.rows / strip.samples,
+                                    .first_row = strip.first_row,
+                                    .rows = strip.rows,
+                                    .samples = strip.samples,
+                                    .halo = strip.halo,
+                                    .lamps = lamps_count_,
+                                    .has_traits = strip.traits.empty() ? 0 : 1,
+                                    .has_near_shadow = strip.near_shadow.empty() ? 0 : 1}),
+      .light = device::Argument::of(light),
+      .view = context.upload_real(view.packed(), Precision::single),
+      .depths = context.upload<float>(strip.depths),
+      .normals = context.allocate<float>(3 * strip.depths.size()),
+      .receivers = context.allocate<float>(QJ_RECEIVER_SIZE * count),
+      .sky = context.allocate<float>(QJ_RECEIVED_SIZE * static_cast<std::size_t>(samples)),
+      .lamps = context.allocate<float>(QJ_LAMP_SIZE * count *
+                                       static_cast<std::size_t>(std::max(1, lamps_count_)))};
+  context.launch(
+      normals_, tiles(wide, deep),
+      {received.view, wide, strip.first_row * strip.samples - strip.halo, deep, received.depths,
+       device::Argument::real(kNormalSoftness * view.footprint, Precision::single),
+       received.normals});
+  context.launch(
+      sample_receivers_, tiles(wide, sample_rows),
+      {received.strip, received.view, received.depths, received.normals, received.receivers});
+  context.launch(ground_receivers_, tiles(columns, strip.rows),
+                 {received.strip, received.view, received.depths, scene_, received.receivers});
+  context.launch(sky_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
+                 {received.light, received.receivers, lights_, maps_, received.sky});
+  const auto near_shadow = context.upload<std::uint8_t>(
+      strip.near_shadow.empty() ? std::vector<std::uint8_t>(1) : strip.near_shadow);
+  for (light.lamp = 0; light.lamp < lamps_count_; ++light.lamp) {
+    context.launch(lamp_light_, {{count, 1, 1}, {}},
+                   {device::Argument::of(light), received.strip, near_shadow, received.receivers,
+                    lights_, maps_, received.lamps});
+  }
+  return received;
 }
 
 Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) const {
   device::Context& context = device_.context();
-  const int wide = view.columns, deep = static_cast<int>(strip.depths.size()) / wide;
-  const int columns = wide / strip.samples, sample_rows = strip.rows * strip.samples;
-  const auto view_reals = context.upload_real(view.packed(), Precision::single);
-  const auto depths = context.upload<float>(strip.depths);
-  const auto normals = context.allocate<float>(3 * strip.depths.size());
-  context.launch(
-      normals_, tiles(wide, deep),
-      {view_reals, wide, strip.first_row * strip.samples - strip.halo, deep, depths,
-       device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
-  const auto of_strip = device::Argument::of(
-      qj_strip_arguments<float>{.columns = columns,
-                                .rows_in_all = view.rows / strip.samples,
-                                .first_row = strip.first_row,
-                                .rows = strip.rows,
-                                .samples = strip.samples,
-                                .halo = strip.halo,
-                                .has_traits = strip.traits.empty() ? 0 : 1,
-                                .has_near_shadow = strip.near_shadow.empty() ? 0 : 1});
-  const int samples = wide * sample_rows, pixels = columns * strip.rows;
-  const auto of_light = device::Argument::of(
-      qj_light_arguments<float>{.narrowest = static_cast<float>(strip.narrowest_penumbra),
-                                .receivers = samples + pixels,
-                                .ground = samples,
-                                .wide = wide,
-                                .samples = strip.samples,
-                                .lights = lights_count_,
-                                .key = kKey});
-  const auto count = static_cast<std::size_t>(samples) + static_cast<std::size_t>(pixels);
-  const auto receivers = context.allocate<float>(QJ_RECEIVER_SIZE * count);
-  const auto received = context.allocate<float>(QJ_RECEIVED_SIZE * count);
-  context.launch(sample_receivers_, tiles(wide, sample_rows),
-                 {of_strip, view_reals, depths, normals, receivers});
-  context.launch(ground_receivers_, tiles(columns, strip.rows),
-                 {of_strip, view_reals, depths, scene_, receivers});
-  context.launch(sky_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
-                 {of_light, receivers, lights_, maps_, received});
-  const auto near_shadow = context.upload<std::uint8_t>(
-      strip.near_shadow.empty() ? std::vector<std::uint8_t>(1) : strip.near_shadow);
-  context.launch(key_light_, {{count, 1, 1}, {}},
-                 {of_light, of_strip, near_shadow, receivers, lights_, maps_, received});
+  const Received received = receive(view, strip);
+  const int columns = view.columns / strip.samples;
   const auto traits = context.upload<float>(strip.traits);
-  const auto bytes = context.allocate<std::uint8_t>(4 * index(0, strip.rows, columns));
-  context.launch(
-      pixels_, tiles(columns, strip.rows),
-      {of_strip, view_reals, depths, normals, traits, key_, scene_, ground_, received, bytes});
+  const auto pixels = context.allocate<float>(QJ_PIXEL_SIZE * index(0, strip.rows, columns));
+  context.launch(radiance_, tiles(columns, strip.rows),
+                 {received.strip, received.view, received.depths, received.normals, traits, lights_,
+                  scene_, reflectance_, ground_, received.sky, received.lamps, pixels});
   Shaded shaded;
-  std::vector<std::uint8_t> rgba(bytes.size());
-  context.read(bytes, std::span(rgba));
-  for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    for (std::size_t c = 0; c < 3; ++c) shaded.pixels.push_back(rgba[i + c]);
-    shaded.alpha.push_back(rgba[i + 3]);
-  }
+  shaded.pixels.resize(pixels.size());
+  context.read(pixels, std::span(shaded.pixels));
   if (with_normals) {
-    shaded.normals.resize(normals.size());
-    context.read(normals, std::span(shaded.normals));
+    shaded.normals.resize(received.normals.size());
+    context.read(received.normals, std::span(shaded.normals));
   }
   return shaded;
+}
+
+Developed Shading::develop(std::span<const float> pixels, int first_row, int width, int height,
+                           double exposure) const {
+  device::Context& context = device_.context();
+  const std::size_t count = pixels.size() / QJ_PIXEL_SIZE;
+  const int rows = static_cast<int>(count) / width;
+  const auto bytes = context.allocate<std::uint8_t>(4 * count);
+  const qj_strip_arguments<float> strip{.columns = width,
+                                        .rows_in_all = height,
+                                        .first_row = first_row,
+                                        .rows = rows,
+                                        .samples = 1,
+                                        .halo = 0,
+                                        .lamps = lamps_count_,
+                                        .has_traits = 0,
+                                        .has_near_shadow = 0};
+  context.launch(develop_, tiles(width, rows),
+                 {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
+                  scene_, context.upload<float>(pixels), bytes});
+  std::vector<std::uint8_t> rgba(bytes.size());
+  context.read(bytes, std::span(rgba));
+  Developed developed;
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    for (std::size_t c = 0; c < 3; ++c) developed.pixels.push_back(rgba[i + c]);
+    developed.alpha.push_back(rgba[i + 3]);
+  }
+  return developed;
+}
+
+std::vector<float> Shading::incident(const View& view, const Strip& strip) const {
+  device::Context& context = device_.context();
+  const Received received = receive(view, strip);
+  const std::size_t count = index(0, strip.rows * strip.samples, view.columns);
+  const auto light = context.allocate<float>(count);
+  context.launch(
+      incident_, {{count, 1, 1}, {}},
+      {received.light, received.receivers, lights_, received.sky, received.lamps, light});
+  std::vector<float> found(count);
+  context.read(light, std::span(found));
+  std::erase_if(found, [](float value) { return value < 0; });
+  return found;
 }
 
 }  // namespace qjulia::picture

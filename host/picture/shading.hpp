@@ -8,6 +8,7 @@
 #include "device/context.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/lights.hpp"
+#include "qjulia/matter.hpp"
 
 namespace qjulia::picture {
 
@@ -18,9 +19,11 @@ struct Scene {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius = 1;
   bool has_ground = true;
-  Backdrop backdrop = Backdrop::studio;
-  Rgb color = Rgb::Zero();  ///< a plain backdrop's
+  Background background{};
   Palette palette{};
+  Matter matter{};
+  Rig rig{};
+  ToneCurve tone = ToneCurve::neutral;
 };
 
 /// Shares of the open sky's light that reach points of the ground. The points lie in a square about
@@ -40,6 +43,9 @@ struct GroundLight {
 GroundLight ground_light(const Device& device, const Scene& scene, std::vector<Light> sky,
                          double fineness);
 
+/// What kernels know of them, as layout/picture_layout.h says.
+std::vector<float> packed(const Scene& scene, const GroundLight& ground);
+
 /// Rows of a picture, of a view whose pixels are `samples` × `samples` samples.
 struct Strip {
   int first_row = 0;  ///< pixels
@@ -51,31 +57,50 @@ struct Strip {
   std::vector<float> traits{};
   /// The result of `near_shadow` for each pixel; empty: no near shadows.
   std::vector<std::uint8_t> near_shadow{};
-  double narrowest_penumbra = 1;  ///< of the key light's map on samples, texels
+  double narrowest_penumbra = 1;  ///< of the lamps' maps on samples, texels
   std::vector<float> depths{};    ///< whole rows of samples, from first_row · samples − halo on
 };
 
 /// What a strip shows.
 struct Shaded {
+  std::vector<float> pixels;   ///< before they are developed: layout/picture_layout.h
+  std::vector<float> normals;  ///< 3 numbers a sample, of every row in the strip
+};
+
+/// Pixels as screens show them.
+struct Developed {
   std::vector<std::uint8_t> pixels;  ///< sRGB bytes
   std::vector<std::uint8_t> alpha;   ///< one for each pixel
-  std::vector<float> normals;        ///< 3 numbers a sample, of every row in the strip
 };
 
 class Shading {
  public:
-  /// @param lights with depth maps.
+  /// @param lamps the key light first. @param sky lights as well; all with depth maps.
   Shading(const Device& device, const Scene& scene, const GroundLight& ground,
-          std::span<const Light> lights);
+          std::span<const Light> lamps, std::span<const Light> sky);
 
   /// @param with_normals else there are none.
   Shaded shade(const View& view, const Strip& strip, bool with_normals) const;
 
+  /// @param pixels whole rows of a picture of this size, from `first_row` on. @param exposure what
+  /// radiance is multiplied by.
+  Developed develop(std::span<const float> pixels, int first_row, int width, int height,
+                    double exposure) const;
+
+  /// The luminance of the light that arrives at each sample of the strip that shows the shape.
+  std::vector<float> incident(const View& view, const Strip& strip) const;
+
  private:
+  struct Received;
+  /// Passes up to the light on receivers.
+  Received receive(const View& view, const Strip& strip) const;
+
   Device device_;
-  int lights_count_;
-  device::Buffer<float> lights_, key_, maps_, scene_, ground_;
-  device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, key_light_, pixels_;
+  int lamps_count_, lights_count_;
+  double thin_;
+  device::Buffer<float> lights_, maps_, scene_, ground_, reflectance_;
+  device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, lamp_light_, radiance_,
+      develop_, incident_;
 };
 
 }  // namespace qjulia::picture

@@ -253,10 +253,11 @@ class JobList {
 
   void add_picture() {
     const Kernels kernels{
-        "march_depth",      "safe_steps",     "grid_depth",  "normals_of_depth", "sample_receivers",
-        "ground_receivers", "sky_light",      "ground_sky",  "key_light",        "shade_pixels",
-        "composed_images",  "trust_cells",    "cube_bounds", "node_fields",      "node_versors",
-        "table_images",     "look_up_points", "look_up_rest"};
+        "march_depth",      "safe_steps",       "grid_depth",     "normals_of_depth",
+        "sample_receivers", "ground_receivers", "sky_light",      "ground_sky",
+        "lamp_light",       "pixel_radiance",   "develop_pixels", "composed_images",
+        "trust_cells",      "cube_bounds",      "node_fields",    "node_versors",
+        "table_images",     "look_up_points",   "look_up_rest"};
     if (!is_wanted("ray_march", kernels)) return;
     // 160 x 120 rays for the usual number of samples.
     constexpr double kUsualSamples = 125'000;

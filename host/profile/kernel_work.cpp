@@ -142,7 +142,7 @@ LaunchWork of_traits(const Launch& launch) {
 LaunchWork of_lights(const Launch& launch, double reals, bool is_of_sky) {
   return with_arguments<qj_light_arguments>(launch, 0, [&](const auto& a) {
     const double receivers = is_of_sky && a.ground > 0 ? a.ground : a.receivers;
-    return LaunchWork{receivers * a.lights * kLightSight,
+    return LaunchWork{receivers * (a.lights - a.lamps) * kLightSight,
                       receivers * (QJ_RECEIVER_SIZE + reals) * real_bytes_of(launch), true};
   });
 }
@@ -224,8 +224,13 @@ const std::map<std::string_view, Counted>& counted_kernels() {
        [](const Launch& l) { return moving(l, work_items(l), 1 + QJ_RECEIVER_SIZE); }},
       {"sky_light", [](const Launch& l) { return of_lights(l, 6, true); }},
       {"ground_sky", [](const Launch& l) { return of_lights(l, 1, false); }},
-      {"key_light", [](const Launch& l) { return moving(l, work_items(l), QJ_RECEIVER_SIZE + 1); }},
-      {"shade_pixels", [](const Launch& l) { return moving(l, work_items(l), 1); }},
+      {"lamp_light",
+       [](const Launch& l) { return moving(l, work_items(l), QJ_RECEIVER_SIZE + QJ_LAMP_SIZE); }},
+      {"pixel_radiance", [](const Launch& l) { return moving(l, work_items(l), QJ_PIXEL_SIZE); }},
+      {"develop_pixels",
+       [](const Launch& l) { return moving(l, work_items(l), QJ_PIXEL_SIZE + 1); }},
+      {"incident_light",
+       [](const Launch& l) { return moving(l, work_items(l), QJ_RECEIVER_SIZE + 1); }},
   };
   return all;
 }

@@ -14,6 +14,8 @@
 #include "qjulia/colors.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/figures.hpp"
+#include "qjulia/light.hpp"
+#include "qjulia/matter.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
 
@@ -33,7 +35,7 @@ struct Image {
   void validate() const;
 };
 
-/// A pin-hole camera that turns about the shape.
+/// A camera that turns about the shape.
 struct Camera {
   double azimuth = 30;        ///< degrees about the up axis
   double elevation = 15;      ///< degrees above the horizon
@@ -51,6 +53,12 @@ struct Camera {
   /// The box that fills the picture at zoom 1, shape units, seen from the distance that shows the
   /// whole set. By default the whole set fills it.
   std::optional<Box> frame{};
+  /// The width of the lens, as a share of its distance to what is in focus, 0 to 1. What lies as
+  /// far behind that as the picture is high is blurred to about this share of the picture's height.
+  double aperture = 0;
+  /// Shape units: what is in focus. By default what is seen in the middle of the picture, or else
+  /// nearest to it.
+  std::optional<Eigen::Vector3d> focus{};
 };
 
 /// A plane across an axis, beyond which the set is cut away.
@@ -71,6 +79,10 @@ enum class Material {
   factor,
 };
 
+/// A palette by its name; or of colours as `color_named` has them, one for clay, 2 to kMostStops
+/// for other materials. @throws OptionError naming `palette`.
+Palette palette_from(std::span<const std::string> words, Material material);
+
 /// The values of a material that the palette goes through.
 struct MaterialRange {
   static constexpr std::size_t kMostValues = 64;
@@ -83,20 +95,6 @@ struct MaterialRange {
   std::vector<double> values() const;  ///< all of them, rising
   void validate() const;               ///< @throws OptionError naming `range`
   friend bool operator==(const MaterialRange&, const MaterialRange&) = default;
-};
-
-/// What is behind the set.
-enum class Backdrop {
-  studio,      ///< light grey, brightest behind the set
-  plain,       ///< one colour
-  transparent  ///< pixels have an alpha; shadows on the ground are black and partly transparent
-};
-
-/// The brightest light. It turns with the camera, and stays level when the camera rises.
-struct Lamp {
-  double azimuth = -61.7;   ///< degrees from the camera to the right
-  double elevation = 41.4;  ///< degrees above the horizon, -90 to 90
-  double strength = 1;      ///< 0 to 10
 };
 
 struct PictureOptions {
@@ -112,14 +110,20 @@ struct PictureOptions {
   std::optional<Box> box;
   std::vector<Cut> cuts;  ///< for maps; what is framed stays as it was
   Camera camera;
-  Lamp lamp;
+  /// The look that the settings below are from, if it is one: for records alone (`apply_look`).
+  std::string look{};
+  Lighting light;
+  /// Stops: each doubles the light of the picture. By default (nothing) so much that the set gets
+  /// as much light as in the studio's rig, whatever it is made of.
+  std::optional<double> exposure = 0;
+  ToneCurve tone = ToneCurve::neutral;
+  Matter matter;
   Material material = Material::clay;  ///< for maps; meshes are always of clay
   Palette palette;
   /// By default the palette is spread over what a picture shows, by `range_over`.
   std::optional<MaterialRange> range;
-  Backdrop backdrop = Backdrop::studio;
-  Rgb background = Rgb::Ones();  ///< a plain backdrop's
-  bool ground = true;            ///< under the set, with its shadow
+  Background background;
+  bool ground = true;  ///< under the set, with its shadow
   /// Draws pieces of a map's set that hang on nothing and are less than a hundredth as large as the
   /// largest body. Copies in portals are always drawn.
   bool keep_loose = false;
@@ -142,8 +146,6 @@ std::string to_text(const LookupReport& report);
 
 /// Its name above.
 const char* to_string(Material material);
-/// "studio", "plain", "transparent".
-const char* to_string(Backdrop backdrop);
 
 /// What is seen at the middle of each pixel, row by row from the top, in the shape's own units and
 /// coordinates. Nothing is filtered: where a pixel has several samples, they are the one nearest to
@@ -211,6 +213,12 @@ class Studio {
   /// range, the palette of each picture is spread over what it shows. Clay and meshes are not
   /// affected.
   void set_range(const std::optional<MaterialRange>& range);
+
+  /// Stops of the last picture: those of the options or of `set_exposure`, or else those that were
+  /// found for it.
+  double exposure() const;
+  /// Holds for all later pictures, so that light stays the same through a film.
+  void set_exposure(double stops);
 
   /// What orbits are looked up in: the tables that were made last.
   LookupReport lookups() const;

@@ -13,6 +13,8 @@ namespace qjulia {
 struct PictureSetting : SettingOf<PictureOptions> {
   /// Whether it moves the camera and nothing else, so that a `Studio` stays as it is.
   bool is_of_camera = false;
+  /// Whether it says what the set looks like, and may stand in a look.
+  bool is_of_look = false;
 };
 
 std::span<const PictureSetting> picture_settings();

@@ -16,13 +16,13 @@
 #include "qjulia/box.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/light.hpp"
 #include "qjulia/quaternion.hpp"
 #include "qjulia/rotation.hpp"
 #include "qjulia/up_axis.hpp"
 
 namespace qjulia {
 
-struct Lamp;
 struct Palette;
 
 /// How a setting goes from one value to another, as in films.
@@ -85,10 +85,10 @@ class WordPlace {
 /// a visitor of this. An optional value may be left out.
 using ValuePlace =
     std::variant<bool*, int*, std::uint64_t*, double*, std::string*, WordPlace, DetailChoice*,
-                 Quaternion*, Palette*, Lamp*, std::optional<int>*, std::optional<std::uint64_t>*,
-                 std::optional<double>*, std::optional<Eigen::Vector3d>*,
-                 std::optional<Quaternion>*, std::optional<Rotation>*, std::optional<Box>*,
-                 std::optional<UpAxis>*>;
+                 Quaternion*, Palette*, Background*, std::vector<Lamp>*, std::optional<LightColor>*,
+                 std::optional<int>*, std::optional<std::uint64_t>*, std::optional<double>*,
+                 std::optional<Eigen::Vector3d>*, std::optional<Quaternion>*,
+                 std::optional<Rotation>*, std::optional<Box>*, std::optional<UpAxis>*>;
 
 /// What all settings have.
 struct Setting {

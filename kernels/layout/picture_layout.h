@@ -30,7 +30,7 @@
 #define QJ_LIGHT_U 6          /* column of p, in texels: dot(p, U.xyz) + U.w */
 #define QJ_LIGHT_V 10         /* row of p, in texels */
 #define QJ_LIGHT_DEPTH 14     /* depth of p along the map's rays */
-#define QJ_LIGHT_SOFTNESS 18  /* tangent of its angular radius; the key light alone has one */
+#define QJ_LIGHT_SOFTNESS 18  /* tangent of its angular radius; 0 for those of the sky */
 #define QJ_LIGHT_TEXEL 19     /* width of a texel */
 #define QJ_LIGHT_MAP_SIZE 20  /* texels a side */
 #define QJ_LIGHT_MAP_FIRST 21 /* index of its first texel in the atlas of all maps */
@@ -48,14 +48,39 @@
 #define QJ_SCENE_SIDE 14
 #define QJ_SCENE_OPEN_SKY 15 /* irradiance of the ground with nothing in the way */
 #define QJ_GROUND_CROWDING (5.0f / 6)
-/* What is behind the shape: one of the backdrops below, and a plain one's color. */
+/* What is behind the shape: one of the backdrops below, a plain one's color, and the light on a
+   studio's, relative to that of the studio's rig. */
 #define QJ_SCENE_BACKDROP 18
 #define QJ_SCENE_COLOR 19
-#define QJ_SCENE_CLAY 22  /* albedo where samples have no traits */
-#define QJ_SCENE_STOPS 25 /* number of the colors that traits 0 ... 1 go through */
-#define QJ_SCENE_STOP 26  /* the first of them */
+#define QJ_SCENE_WALL_LIGHT 22
+/* What the sky overhead, the sky at the horizon and the floor send. */
+#define QJ_SCENE_ZENITH 25
+#define QJ_SCENE_HORIZON 28
+#define QJ_SCENE_FLOOR 31
+/* What the shape is made of (qjulia/matter.hpp). */
+#define QJ_SCENE_ROUGHNESS 34
+#define QJ_SCENE_METAL 35
+#define QJ_SCENE_COAT 36
+#define QJ_SCENE_SHEEN 37
+#define QJ_SCENE_WAX 38
+#define QJ_SCENE_GLOW 39
+#define QJ_SCENE_GLOW_FROM 40
+#define QJ_SCENE_FOG 41   /* for each radius of the shape, the logarithm of what is left */
+#define QJ_SCENE_TONE 42  /* one of the curves below */
+#define QJ_SCENE_CLAY 43  /* albedo where samples have no traits */
+#define QJ_SCENE_STOPS 46 /* number of the colors that traits 0 ... 1 go through */
+#define QJ_SCENE_STOP 47  /* the first of them */
 #define QJ_MOST_STOPS 8
 #define QJ_SCENE_SIZE (QJ_SCENE_STOP + 3 * QJ_MOST_STOPS)
+
+#define QJ_TONE_NEUTRAL 0
+#define QJ_TONE_AGX 1
+#define QJ_TONE_ACES 2
+#define QJ_TONE_NONE 3
+
+/* The share of even light that GGX reflects, a F0 + b: pairs (a, b) at side x side values, the
+   cosine to the viewer, 0 ... 1, fastest, then roughness, 0 ... 1. */
+#define QJ_REFLECTANCE_SIDE 32
 
 #define QJ_BACKDROP_STUDIO 0
 #define QJ_BACKDROP_PLAIN 1
@@ -68,10 +93,19 @@
 #define QJ_RECEIVER_POINT 0
 #define QJ_RECEIVER_NORMAL 3 /* unit; 0: it receives nothing */
 #define QJ_RECEIVER_SIZE 6
-#define QJ_RECEIVED_SKY 0      /* irradiance from all but the key light; none on the ground */
+#define QJ_RECEIVED_SKY 0      /* irradiance from the sky; none on the ground */
 #define QJ_RECEIVED_OPEN_SKY 3 /* the same with nothing in the way */
-#define QJ_RECEIVED_KEY 6      /* share of the key light that arrives */
-#define QJ_RECEIVED_SIZE 7
+#define QJ_RECEIVED_SIZE 6
+/* What of a lamp arrives at a receiver. */
+#define QJ_LAMP_SEEN 0    /* share that comes straight */
+#define QJ_LAMP_THROUGH 1 /* share that comes through the shape */
+#define QJ_LAMP_SIZE 2
+
+/* A pixel before it is developed. */
+#define QJ_PIXEL_RADIANCE 0 /* mean over what it shows of the shape, times `shown` */
+#define QJ_PIXEL_SHOWN 3    /* share of the pixel that shows the shape, less what fog hides */
+#define QJ_PIXEL_GROUND 4   /* the rest, times how much darker shadows make what is behind */
+#define QJ_PIXEL_SIZE 7
 
 /* A strip of a picture: `rows` rows of pixels from first_row on, of a view whose pixels are
    samples, samples x samples a pixel. Depths and normals begin `halo` rows of samples before it. */
@@ -82,19 +116,22 @@ QJ_ARGUMENTS(qj_strip_arguments) {
   int rows;
   int samples;
   int halo;
+  int lamps;
   int has_traits;
   int has_near_shadow;
 };
 
 /* Scalars of the kernels that light receivers. */
 QJ_ARGUMENTS(qj_light_arguments) {
-  real narrowest; /* penumbra of the key light on samples, texels */
+  real narrowest; /* penumbra of a lamp on samples, texels */
+  real thin;      /* length in which light in the shape falls to 1/e; 0: none goes through */
   int receivers;
   int ground;  /* receivers from this one on are points of the ground */
   int wide;    /* samples in a row */
   int samples; /* a pixel has samples x samples */
+  int lamps;   /* lights before the sky's */
   int lights;
-  int key; /* number of the key light */
+  int lamp; /* number of the one at hand */
 };
 
 /* Depth where a ray meets nothing. */

@@ -19,7 +19,7 @@ from ._core import (
 from ._device import Device, DeviceInfo, devices
 from ._energy import Energy
 from ._fitting import Fit, FitResult, StageReport, fit, shape
-from ._map import Comparison, Map, compare, quadratic_map, render, save_png
+from ._map import Comparison, Map, compare, looks, quadratic_map, render, save_png
 from ._mesh import Surface, read_mesh, sample_surface, signed_distance
 
 
@@ -50,6 +50,7 @@ __all__ = [
     "devices",
     "fit",
     "load",
+    "looks",
     "quadratic_map",
     "read_mesh",
     "render",

@@ -546,8 +546,6 @@ def render(subject, *, layers=False, framed=None, device=None, on_progress=None,
         Rising values of the material: the palette begins at the first, ends at the last, and is
         divided into equal parts by those in between. By default, the palette is spread so that each
         part of it is seen about as much as any other.
-    background : str, optional
-        "studio", "transparent", or a colour such as "#ff8000" or "white".
     ground : bool, optional
         Whether there is ground under the set, with its shadow.
     samples : int, optional
@@ -590,6 +588,17 @@ def render(subject, *, layers=False, framed=None, device=None, on_progress=None,
         framed = framed.box
     return _core.render_mesh(_mesh.core_of(subject), core, on_progress, framed, options)
 
+
+
+def looks():
+    """The looks that `render` knows by name.
+
+    Returns
+    -------
+    dict
+        What each look shows, by its name.
+    """
+    return _core.looks()
 
 
 def save_png(image, path, *, map=None):

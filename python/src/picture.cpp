@@ -7,6 +7,7 @@
 #include "keywords.hpp"
 #include "map.hpp"
 #include "parts.hpp"
+#include "qjulia/look.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
@@ -29,78 +30,34 @@ void take_size(Keywords& keywords, PictureOptions& options) {
   read(size[py::int_(1)], "size", options.height);
 }
 
-/// "studio", "transparent" or a colour.
-void take_background(Keywords& keywords, PictureOptions& options) {
-  std::string word = "studio";
-  keywords.take("background", word);
-  if (word == "studio") return;
-  if (word == "transparent") {
-    options.backdrop = Backdrop::transparent;
-    return;
-  }
-  const auto color = color_named(word);
-  if (!color) {
-    throw py::value_error(
-        "background must be 'studio', 'transparent' or a colour such as "
-        "'#ff8000', not '" +
-        word + "'");
-  }
-  options.backdrop = Backdrop::plain;
-  options.background = *color;
-}
-
-Rgb color_of(const py::handle& given) {
-  std::string word;
-  read(given, "palette", word);
-  const auto color = color_named(word);
-  if (!color) {
-    std::string names;
-    for (const std::string& name : palette_names()) names += (names.empty() ? "" : ", ") + name;
-    throw py::value_error("palette: '" + word +
-                          "' is no colour such as '#ff8000', and no palette: " + names);
-  }
-  return *color;
-}
-
 }  // namespace
 
 void take_palette(Keywords& keywords, PictureOptions& options) {
   const auto given = keywords.argument("palette");
   if (!given) return;
-  std::vector<Rgb> colors;
+  std::vector<std::string> words(1);
   if (py::isinstance<py::str>(given)) {
-    std::string name;
-    read(given, "palette", name);
-    if (const auto named = palette_named(name)) {
-      options.palette = *named;
-      return;
-    }
-    colors.push_back(color_of(given));
+    read(given, "palette", words.front());
   } else if (py::isinstance<py::sequence>(given)) {
-    for (const py::handle word : given) colors.push_back(color_of(word));
+    words.clear();
+    for (const py::handle word : given) read(word, "palette", words.emplace_back());
   } else {
     throw py::type_error("palette must be a name or a list of colours, not " + shown(given));
   }
-  const bool is_clay = options.material == Material::clay;
-  const std::size_t least = is_clay ? 1 : 2;
-  const std::size_t most = is_clay ? 1 : Palette::kMostStops;
-  if (colors.size() < least || colors.size() > most) {
-    throw py::value_error("palette: " + std::to_string(colors.size()) + " colours are given; " +
-                          (is_clay ? "clay has one" : "this material goes through 2 to 8"));
-  }
-  if (is_clay) {
-    options.palette.clay = colors.front();
-  } else {
-    options.palette.stops = std::move(colors);
-  }
+  options.palette = palette_from(words, options.material);
 }
 
 namespace {
 
-/// The settings of the library's table. A palette depends on the material, and is read last.
+/// The settings of the library's table: the look first, so that others hold over it, and the
+/// palette last, since it depends on the material.
 void take_settings(Keywords& keywords, PictureOptions& options) {
+  const PictureSetting& look = picture_setting_named("look");
+  keywords.take(look, look.place(options));
+  if (keywords.argument("look")) apply_look(options, options.look);
   for (const PictureSetting& setting : picture_settings()) {
-    if (setting.name != "palette") keywords.take(setting, setting.place(options));
+    if (setting.name != "palette" && setting.name != "look")
+      keywords.take(setting, setting.place(options));
   }
   take_palette(keywords, options);
 }
@@ -134,7 +91,6 @@ PictureOptions picture_options(const py::dict& given) {
   Keywords keywords("render", given);
   take_size(keywords, options);
   take_settings(keywords, options);
-  take_background(keywords, options);
   take_cuts(keywords, options);
   keywords.take("ground", options.ground);
   keywords.take("range", options.range);
@@ -240,7 +196,15 @@ void add_pictures(py::module_& module) {
   module.def("render_layers", &layered);
   module.def("render_mesh", &rendered_mesh);
   module.def("png", &png_of, py::arg("image"), py::arg("map") = py::none());
-  module.def("picture_settings", [] { return described(picture_settings(), PictureOptions{}); });
+  module.def("looks", [] {
+    py::dict all;
+    for (const std::string& name : look_names()) all[py::str(name)] = look_description(name);
+    return all;
+  });
+  module.def("picture_settings", [] {
+    const PictureOptions usual;
+    return described(picture_settings(), usual);
+  });
 }
 
 }  // namespace qjulia::python

@@ -47,14 +47,22 @@ class ShownOf {
   Shown operator()(const Palette*) const {
     return {"Union[str, Sequence[str]]", py::str(palette_names().front())};
   }
-  Shown operator()(const Lamp* lamp) const {
-    return {"ArrayLike", py::make_tuple(lamp->azimuth, lamp->elevation, lamp->strength)};
+  Shown operator()(const Background* background) const {
+    return {"str", py::str(to_string(*background))};
   }
+  Shown operator()(const std::vector<Lamp>*) const {
+    return {"Union[str, Sequence[Any]]", py::tuple()};
+  }
+  Shown operator()(const std::optional<LightColor>*) const { return none("str", false); }
   Shown operator()(const std::optional<int>*) const { return none("SupportsIndex", true); }
   Shown operator()(const std::optional<std::uint64_t>*) const {
     return none("SupportsIndex", true);
   }
-  Shown operator()(const std::optional<double>*) const { return none("float", true); }
+  Shown operator()(const std::optional<double>* value) const {
+    Shown shown = none("float", true);
+    if (*value) shown.usual = py::float_(**value);
+    return shown;
+  }
   Shown operator()(const std::optional<UpAxis>*) const { return none("_Up", false); }
   template <class Value>
   Shown operator()(const std::optional<Value>*) const {

@@ -132,9 +132,52 @@ void read(const py::handle& given, const std::string& name, Box& value) {
   value = {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
 }
 
-void read(const py::handle& given, const std::string& name, Lamp& value) {
-  const auto v = numbers(given, name, 3, "AZIMUTH ELEVATION STRENGTH");
-  value = {v[0], v[1], v[2]};
+namespace {
+
+/// What `from` makes of a text. @throws ValueError naming the argument
+template <class From>
+auto from_text(const py::handle& given, const std::string& name, const From& from) {
+  std::string text;
+  read(given, name, text);
+  try {
+    return from(text);
+  } catch (const InputError& error) {
+    throw py::value_error(name + ": " + error.what());
+  }
+}
+
+/// A lamp as text, or as a sequence of its values.
+Lamp lamp_of(const py::handle& given, const std::string& name) {
+  if (!py::isinstance<py::sequence>(given) && !py::isinstance<py::array>(given)) {
+    throw_type(name, "\"AZIMUTH,ELEVATION,STRENGTH\" or a list of these", given);
+  }
+  if (py::isinstance<py::str>(given)) return from_text(given, name, lamp_from);
+  return from_text(py::str(",").attr("join")(
+                       py::module_::import("builtins").attr("map")(py::type::of(py::str()), given)),
+                   name, lamp_from);
+}
+
+}  // namespace
+
+void read(const py::handle& given, const std::string& name, std::vector<Lamp>& value) {
+  value.clear();
+  // One lamp begins with a number, several with a lamp.
+  const bool is_list = !py::isinstance<py::str>(given) && py::isinstance<py::sequence>(given) &&
+                       py::len(given) > 0 &&
+                       py::isinstance<py::sequence>(py::reinterpret_borrow<py::sequence>(given)[0]);
+  if (!is_list) {
+    value.push_back(lamp_of(given, name));
+    return;
+  }
+  for (const py::handle lamp : given) value.push_back(lamp_of(lamp, name));
+}
+
+void read(const py::handle& given, const std::string& name, LightColor& value) {
+  value = from_text(given, name, light_color_from);
+}
+
+void read(const py::handle& given, const std::string& name, Background& value) {
+  value = from_text(given, name, background_from);
 }
 
 void read(const py::handle& given, const std::string& name, MaterialRange& value) {

@@ -34,7 +34,9 @@ void read(const pybind11::handle& given, const std::string& name, Quaternion& va
 void read(const pybind11::handle& given, const std::string& name, Rotation& value);
 /// Two corners, as (2, 3) or six numbers.
 void read(const pybind11::handle& given, const std::string& name, Box& value);
-void read(const pybind11::handle& given, const std::string& name, Lamp& value);
+void read(const pybind11::handle& given, const std::string& name, std::vector<Lamp>& value);
+void read(const pybind11::handle& given, const std::string& name, LightColor& value);
+void read(const pybind11::handle& given, const std::string& name, Background& value);
 void read(const pybind11::handle& given, const std::string& name, MaterialRange& value);
 void read(const pybind11::handle& given, const std::string& name, Precision& value);
 /// A number, or "auto", "smooth", "clear" or "wild".

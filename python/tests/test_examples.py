@@ -70,6 +70,14 @@ def test_idea(run, map, torus_file, tmp_path):
     assert (tmp_path / "idea.png").stat().st_size > 1000
 
 
+def test_looks(run, map, tmp_path):
+    map.save(tmp_path / "torus.qjulia.json")
+    said = run("looks.py", "torus.qjulia.json", "looks.png", "--size", 16, 12)
+    assert said.split() == list(qjulia.looks())
+    assert len(set(qjulia.looks().values())) >= 16
+    assert (tmp_path / "looks.png").stat().st_size > 1000
+
+
 def test_all_devices(run, torus_file, tmp_path):
     write_obj(tmp_path / "other.obj", *torus_mesh(minor=0.5))
     said = run(

@@ -37,7 +37,7 @@ def example_of(row):
     words = row["example"].split(" ")
     if row["type"] == "bool":
         return not row["default"]
-    if "Sequence" in row["type"]:
+    if row["name"] == "palette":
         return [f"#{color}" for color in row["example"].split(",")]
     try:
         numbers = [int(word) if "SupportsIndex" in row["type"] else float(word) for word in words]

@@ -641,8 +641,8 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     pictures[2].camera.elevation = pictures[2].camera.zoom = x;
     pictures[3].camera.look_at = v;
     pictures[4].camera.frame = box;
-    pictures[5].lamp = {x, x, x};
-    pictures[6].background = pictures[6].palette.clay = Rgb::Constant(x);
+    pictures[5].light.lamps = {{x, x, x, {x, Rgb::Constant(x)}, x}};
+    pictures[6].background.color = pictures[6].palette.clay = Rgb::Constant(x);
     pictures[7].cuts = {{'z', x, false}, {'?', x, true}};
     pictures[8].material = Material::trap;
     pictures[8].range = {x, -x};

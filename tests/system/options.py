@@ -299,7 +299,7 @@ RUNS = {
     ],
     "render": [
         Run("f.qjulia.json", {"--output": "k.png", "--samples": "1", "--cut": "z=90%", "--material": "groove",
-                              "--palette": "102030,405060", "--lamp": "10 20 1.5", "--range": "0 1",
+                              "--palette": "102030,405060", "--lamp": "10,20,1.5,3200K,5", "--range": "0 1",
                               "--range-between": "0.2,0.5",
                               "--background": "ff8000", "--no-ground": None, "--keep-loose": None,
                               "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},

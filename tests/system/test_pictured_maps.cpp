@@ -59,9 +59,9 @@ TEST_CASE("a picture holds its map, and its job draws it again bit for bit") {
                              "0",
                              "0",
                              "--lamp",
-                             "-20.5",
-                             "33.3",
-                             "1.7",
+                             "-20.5,33.3,1.7,3200K,4",
+                             "--lamp",
+                             "100,20,0.5",
                              "--material",
                              "trap",
                              "--palette",
@@ -97,7 +97,8 @@ TEST_CASE("a picture holds its map, and its job draws it again bit for bit") {
     const json info = armed.info(picture);
     CHECK(info.at("holds_map") == true);
     CHECK_THAT(info.at("command").get<std::string>(),
-               ContainsSubstring("--lamp -20.5 33.3 1.7") && ContainsSubstring("--drift 0.21"));
+               ContainsSubstring("--lamp -20.5,33.3,1.7,3200K,4 --lamp 100,20,0.5") &&
+                   ContainsSubstring("--drift 0.21"));
     check_drawn_again(armed, picture);
   }
   SECTION("with a palette that was spread") {
@@ -166,10 +167,11 @@ TEST_CASE("commands read the map of pictures and scenes, with its knobs turned")
 TEST_CASE("explore opens the view of a picture, with its lamp and palette") {
   const Armed armed;
   const std::string picture = armed.folder / "view.png";
-  armed.run({"render",    armed.file,  "-o",   picture,     "--size", "32x24",        "--lamp",
-             "-20",       "30",        "1.5",  "--azimuth", "40",     "--zoom",       "2",
-             "--look-at", "0.1",       "-0.2", "0.3",       "--cut",  "y=70%",        "--material",
-             "trap",      "--palette", "ice",  "--up",      "z",      "--iterations", "4"});
+  armed.run({"render",       armed.file,   "-o",        picture, "--size", "32x24",
+             "--lamp",       "-20,30,1.5", "--azimuth", "40",    "--zoom", "2",
+             "--look-at",    "0.1",        "-0.2",      "0.3",   "--cut",  "y=70%",
+             "--material",   "trap",       "--palette", "ice",   "--up",   "z",
+             "--iterations", "4"});
   RunOptions options;
   options.interrupt_at = "Ctrl-C";
   const auto opened = run_command({"explore", picture}, options);

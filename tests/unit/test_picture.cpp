@@ -145,7 +145,7 @@ TEST_CASE("options that make no picture are refused by name") {
   refused([&](auto& o) { o.camera.elevation = nan; }, "elevation");
   refused([](auto& o) { o.camera.zoom = -1; }, "zoom");
   refused([](auto& o) { o.camera.field_of_view = 180; }, "field_of_view");
-  refused([](auto& o) { o.background = {0, 2, 0}; }, "background");
+  refused([](auto& o) { o.background.color = {0, 2, 0}; }, "background");
   refused([](auto& o) { o.palette.stops.resize(1); }, "palette");
   refused([](auto& o) { o.palette.stops.resize(9, Rgb::Zero()); }, "palette");
   refused([](auto& o) { o.palette.clay = {0, 0, -1}; }, "palette");

@@ -58,8 +58,10 @@ class FormOf {
   Form operator()(const std::optional<UpAxis>* value) const {
     return {"word", {to_string(value->value_or(UpAxis{}))}};
   }
-  Form operator()(const Lamp* lamp) const {
-    return {"numbers", {lamp->azimuth, lamp->elevation, lamp->strength}};
+  /// Of the key light.
+  Form operator()(const std::vector<Lamp>*) const {
+    const Lamp key = rig_named(RigName::studio).lamps.front();
+    return {"lamp", {key.azimuth, key.elevation, key.strength}};
   }
   template <class Value>
   Form operator()(const Value*) const {

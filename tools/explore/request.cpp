@@ -14,6 +14,7 @@
 #include "qjulia/colors.hpp"
 #include "qjulia/file_types.hpp"
 #include "qjulia/knob_table.hpp"
+#include "qjulia/look.hpp"
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
 
@@ -68,10 +69,12 @@ class ReadText {
     const std::vector<double> v = numbers(text_, 3);
     *value = {v[0], v[1], v[2]};
   }
-  void operator()(Lamp* value) const {
-    const std::vector<double> v = numbers(text_, 3);
-    *value = {v[0], v[1], v[2]};
+  void operator()(std::vector<Lamp>* value) const {
+    value->clear();
+    for (const std::string& lamp : base::split(text_, ';')) value->push_back(lamp_from(lamp));
   }
+  void operator()(LightColor* value) const { *value = light_color_from(text_); }
+  void operator()(Background* value) const { *value = background_from(text_); }
   void operator()(Quaternion* value) const {
     const std::vector<double> v = numbers(text_, 4);
     *value = {v[0], v[1], v[2], v[3]};
@@ -96,7 +99,11 @@ class ReadText {
   }
   template <class Value>
   void operator()(std::optional<Value>* value) const {
-    operator()(&value->emplace());
+    if (!setting_.automatic.empty() && text_ == setting_.automatic) {
+      value->reset();
+    } else {
+      operator()(&value->emplace());
+    }
   }
 
  private:
@@ -141,13 +148,6 @@ void read_shows(std::string_view text, ViewRequest& view) {
   view.shows_mesh = text == "mesh";
 }
 
-void read_background(std::string_view text, ViewRequest& view) {
-  const auto color = color_named(text);
-  if (!color) throw InputError("give a colour, such as 1d1f24");
-  view.picture.backdrop = Backdrop::plain;
-  view.picture.background = *color;
-}
-
 /// What one name of a query does.
 struct Part {
   enum class Changes { knobs, studio, size, camera } changes;
@@ -188,7 +188,6 @@ const Parts& parts() {
         {"size", {Changes::size, read_size}},
         {"samples", {Changes::studio, read_samples}},
         {"shows", {Changes::studio, read_shows}},
-        {"background", {Changes::studio, read_background}},
         {"cut-x", cut('x')},
         {"cut-y", cut('y')},
         {"cut-z", cut('z')}};
@@ -196,6 +195,9 @@ const Parts& parts() {
     for (const PictureSetting& setting : picture_settings()) {
       made.emplace(setting.option(), part_of(setting));
     }
+    // No request makes the server read a file.
+    made["look"] = {Changes::studio,
+                    [](auto text, auto& view) { apply_built_in_look(view.picture, text); }};
     return made;
   }();
   return all;
@@ -269,18 +271,21 @@ ViewRequest view_of(const Query& query, const std::string& names) {
   ViewRequest view;
   view.picture.samples_per_axis = 1;
   std::string size_text;
-  for (const auto& [name, value] : query) {
+  // A look first, so that other settings hold over it.
+  std::vector<std::pair<std::string, std::string>> given(query.begin(), query.end());
+  std::ranges::stable_partition(given, [](const auto& each) { return each.first == "look"; });
+  for (const auto& [name, value] : given) {
     const auto found = parts().find(name);
     if (found == parts().end()) {
       throw InputError(fmt::format("a request has an unknown name; it takes {}", names));
     }
     if (query.count(name) > 1) throw InputError(fmt::format("'{}' is given twice", name));
     const auto& [changes, take] = found->second;
-    naming(name, [&, &read_part = take, &given = value] { read_part(given, view); });
-    const std::string text = fmt::format("{}={}&", name, value);
-    if (changes == Changes::knobs) view.knobs_text += text;
-    if (changes == Changes::knobs || changes == Changes::studio) view.studio_text += text;
-    if (changes == Changes::size) size_text = text;
+    naming(name, [&, &read_part = take, &text = value] { read_part(text, view); });
+    const std::string part = fmt::format("{}={}&", name, value);
+    if (changes == Changes::knobs) view.knobs_text += part;
+    if (changes == Changes::knobs || changes == Changes::studio) view.studio_text += part;
+    if (changes == Changes::size) size_text = part;
   }
   // Drafts of all sizes stand in the same light.
   if (!view.is_draft) view.studio_text += size_text;

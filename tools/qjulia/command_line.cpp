@@ -245,7 +245,7 @@ OptionUsage usage_of(const CLI::Option& option, const CommandNotes& notes) {
   usage.default_text = option.get_default_str();
   usage.group = option.get_group();
   usage.is_required = option.get_required();
-  usage.is_repeated = option.get_type_size() > 1;
+  usage.is_repeated = option.get_type_size() > 1 || notes.repeated.contains(&option);
   if (const auto found = notes.completions.find(&option); found != notes.completions.end()) {
     usage.completion = found->second;
   }
@@ -461,6 +461,27 @@ Option Command::repeated_numbers(const std::string& names, const std::string& ty
   return {added, notes_};
 }
 
+Option Command::repeated_word(const std::string& names, const std::string& type, int most,
+                              std::function<void(const std::vector<std::string>&)> take,
+                              const std::string& description) const {
+  const auto read = [option = longest_name(names), most,
+                     take = std::move(take)](const CLI::results_t& words) {
+    return read_for(option, [&] {
+      if (words.size() > static_cast<std::size_t>(most)) {
+        throw InputError(
+            fmt::format("it is given {} times; give it {} times at most", words.size(), most));
+      }
+      take(words);
+    });
+  };
+  CLI::Option* const added = app_->add_option(names, read, description)
+                                 ->type_name(type)
+                                 ->expected(1)
+                                 ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  notes_->repeated.insert(added);
+  return {added, notes_};
+}
+
 void Command::footer(const std::string& text) const { app_->footer(text); }
 
 void Command::on_chosen(std::function<void()> call) const {
@@ -480,11 +501,12 @@ Job Command::job() const {
     nlohmann::json& value = job.options[name];
     if (usage.values.empty() && !usage.is_positional) {
       value = true;
-    } else if (usage.is_repeated) {
+    } else if (usage.is_repeated && words.size() > 1) {
       const auto count = static_cast<std::ptrdiff_t>(usage.values.size());
       value = nlohmann::json::array();
       for (auto word = words.begin(); word != words.end(); word += count) {
-        value.push_back(job_value({word, word + count}, usage.takes_numbers));
+        const nlohmann::json each = job_value({word, word + count}, usage.takes_numbers);
+        value.push_back(each.is_array() ? each : nlohmann::json::array({each}));
       }
     } else if (usage.completion.takes_files) {
       std::error_code ignored;

@@ -40,7 +40,7 @@ void read_value(const std::string& word, const Target& target);
 struct CommandNotes {
   std::map<const CLI::Option*, std::string> examples;
   std::map<const CLI::Option*, Completion> completions;
-  std::set<const CLI::Option*> numbers, not_in_jobs, outputs;
+  std::set<const CLI::Option*> numbers, repeated, not_in_jobs, outputs;
   /// What happens to a command that was typed, before it is run.
   std::map<const CLI::App*, std::vector<std::function<void()>>> once_chosen;
 };
@@ -121,6 +121,10 @@ class Command {
   Option repeated_numbers(const std::string& names, const std::string& type, int most,
                           std::function<void(const std::vector<double>&)> take,
                           const std::string& description) const;
+  /// An option of one word that may be given up to `most` times. @param take gets all of them.
+  Option repeated_word(const std::string& names, const std::string& type, int most,
+                       std::function<void(const std::vector<std::string>&)> take,
+                       const std::string& description) const;
   /// What stands below the options in the help.
   void footer(const std::string& text) const;
   /// Called when this is the command that was typed, after its options are read.

@@ -47,6 +47,7 @@ std::vector<nlohmann::json> control_values(const std::string& name, const nlohma
     return {fmt::format("{}", fmt::join(numbers, ","))};
   }
   if (name == "palette") return {palette_word(value)};
+  if (name == "lamp") return value.at(0).get<std::vector<nlohmann::json>>();
   if (value.is_array()) return value.get<std::vector<nlohmann::json>>();
   return {value};
 }

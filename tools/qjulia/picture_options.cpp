@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "options.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/look.hpp"
 #include "qjulia/picture_settings.hpp"
 #include "setting_option.hpp"
 
@@ -15,7 +16,6 @@ namespace qjulia::tools {
 namespace {
 
 constexpr const char* kLookGroup = "Look of the picture";
-constexpr const char* kColorWords = "RRGGBB (sRGB, such as ff8000), white or black";
 
 /// "1280x960" as width and height. @throws InputError
 std::array<int, 2> parse_size(const std::string& text) {
@@ -27,44 +27,7 @@ std::array<int, 2> parse_size(const std::string& text) {
   throw InputError(fmt::format("'{}' is not WIDTHxHEIGHT in pixels, such as 1280x960", text));
 }
 
-Rgb color_of(const std::string& option, const std::string& word, const std::string& others) {
-  const auto found = color_named(word);
-  if (!found) {
-    throw InputError(
-        fmt::format("{}: '{}' is no colour; give {}, or {}", option, word, kColorWords, others));
-  }
-  return *found;
-}
-
 }  // namespace
-
-Palette palette_of(const std::string& text, Material material) {
-  if (const auto named = palette_named(text)) return *named;
-  std::vector<Rgb> colors;
-  for (const std::string& word : base::split(text, ',')) {
-    colors.push_back(color_of("--palette", word,
-                              fmt::format("a palette: {}", fmt::join(palette_names(), ", "))));
-  }
-  const bool is_clay = material == Material::clay;
-  if (is_clay && colors.size() > 1) {
-    throw InputError(fmt::format(
-        "--palette: clay has one colour, and {} are given; give one, or another --material",
-        colors.size()));
-  }
-  if (!is_clay && (colors.size() < 2 || colors.size() > Palette::kMostStops)) {
-    throw InputError(
-        fmt::format("--palette: {} given; --material {} goes through 2 to {} colours, such as "
-                    "14281d,8a9a5b,e9e4c9",
-                    colors.size(), to_string(material), Palette::kMostStops));
-  }
-  Palette palette;
-  if (is_clay) {
-    palette.clay = colors.front();
-  } else {
-    palette.stops = std::move(colors);
-  }
-  return palette;
-}
 
 Option add_size(Command command, PictureOptions& options) {
   const auto set_size = [&options](const std::string& text) {
@@ -78,12 +41,23 @@ Option add_size(Command command, PictureOptions& options) {
 
 std::vector<Option> add_camera(Command command, PictureOptions& options) {
   std::vector<Option> added;
-  for (const char* name :
-       {"azimuth", "elevation", "zoom", "look_at", "distance", "frame", "field_of_view", "up"}) {
+  for (const char* name : {"azimuth", "elevation", "zoom", "look_at", "distance", "frame",
+                           "field_of_view", "aperture", "focus", "up"}) {
     const PictureSetting& setting = picture_setting_named(name);
     added.push_back(add_setting(command, setting, setting.place(options)));
   }
   return added;
+}
+
+Option add_look_name(Command command, PictureOptions& options) {
+  const PictureSetting& setting = picture_setting_named("look");
+  return command
+      .word(
+          "--look", setting.values,
+          [&options](const std::string& text) { apply_look(options, text); }, help_of(setting))
+      .offers(look_names())
+      .offers_files({".toml"})
+      .example(setting.example.words());
 }
 
 Option add_material(Command command, PictureOptions& options) {
@@ -91,8 +65,18 @@ Option add_material(Command command, PictureOptions& options) {
   return add_setting(command, setting, setting.place(options));
 }
 
-Option add_palette(Command command, std::string& palette, const std::string& description) {
-  return command.add("--palette", &palette, "NAME|COLOURS", description).offers(palette_names());
+Option add_palette(Command command, std::optional<std::string>& palette,
+                   const std::string& description) {
+  return command
+      .word(
+          "--palette", "NAME|COLOURS", [&palette](const std::string& text) { palette = text; },
+          description)
+      .default_text(palette_names().front())
+      .offers(palette_names());
+}
+
+Palette palette_of(const std::string& text, Material material) {
+  return palette_from(base::split(text, ','), material);
 }
 
 std::vector<Option> add_range(Command command, std::optional<MaterialRange>& range) {
@@ -122,14 +106,11 @@ std::vector<Option> add_range(Command command, std::optional<MaterialRange>& ran
 }
 
 void add_look(Command command, LookOptions& look, PictureOptions& options) {
-  command
-      .add("--background", &look.background, "studio|transparent|COLOUR",
-           std::string("What is behind the set: studio, light grey; transparent, a .png with "
-                       "alpha, in which the set's shadow is black and lets what is behind shine "
-                       "through; or a colour: ") +
-               kColorWords)
-      .group(kLookGroup)
-      .offers({"studio", "transparent", "white", "black"});
+  for (const PictureSetting& setting : picture_settings()) {
+    const bool is_elsewhere = setting.name == "material" || setting.name == "palette";
+    if (!setting.is_of_look || is_elsewhere) continue;
+    add_setting(command, setting, setting.place(options)).group(kLookGroup);
+  }
   command.flag("--no-ground", look.no_ground, "Leave out the ground under the set, and its shadow")
       .group(kLookGroup);
   command
@@ -142,20 +123,12 @@ void add_look(Command command, LookOptions& look, PictureOptions& options) {
                           "with commas between for other materials, from low to high",
                           fmt::join(palette_names(), ", "), Palette::kMostStops))
       .group(kLookGroup);
-  const PictureSetting& lamp = picture_setting_named("lamp");
-  add_setting(command, lamp, lamp.place(options)).group(kLookGroup);
   for (const Option& option : add_range(command, options.range)) option.group(kLookGroup);
 }
 
 PictureOptions with_look(PictureOptions options, const LookOptions& look) {
-  options.ground = !look.no_ground;
-  options.palette = palette_of(look.palette, options.material);
-  if (look.background == "transparent") {
-    options.backdrop = Backdrop::transparent;
-  } else if (look.background != "studio") {
-    options.backdrop = Backdrop::plain;
-    options.background = color_of("--background", look.background, "studio or transparent");
-  }
+  if (look.no_ground) options.ground = false;
+  if (look.palette) options.palette = palette_of(*look.palette, options.material);
   return options;
 }
 

@@ -13,8 +13,13 @@ namespace qjulia::tools {
 /// --size.
 Option add_size(Command command, PictureOptions& options);
 
-/// --azimuth, --elevation, --zoom, --look-at, --distance, --frame, --field-of-view, --up.
+/// --azimuth, --elevation, --zoom, --look-at, --distance, --frame, --field-of-view, --aperture, --focus,
+/// --up.
 std::vector<Option> add_camera(Command command, PictureOptions& options);
+
+/// --look. It comes before all options that are in looks, so that these hold where they are given,
+/// too.
+Option add_look_name(Command command, PictureOptions& options);
 
 /// --material.
 Option add_material(Command command, PictureOptions& options);
@@ -23,19 +28,19 @@ Option add_material(Command command, PictureOptions& options);
 std::vector<Option> add_range(Command command, std::optional<MaterialRange>& range);
 
 /// --palette, for materials of several colours or of one.
-Option add_palette(Command command, std::string& palette, const std::string& description);
+Option add_palette(Command command, std::optional<std::string>& palette,
+                   const std::string& description);
 
-/// A palette by name, or of the colours given: one for clay, several for other materials.
-/// @throws InputError naming the option.
+/// As `palette_from`, with commas between colours.
 Palette palette_of(const std::string& text, Material material);
 
 struct LookOptions {
-  std::string background = "studio";
-  std::string palette = "earth";
+  std::optional<std::string> palette;
   bool no_ground = false;
 };
 
-/// --background, --no-ground, --palette, --keep-loose, --lamp, --range and --range-between. Both
+/// The settings of light and matter, --no-ground, --palette, --keep-loose, --range and
+/// --range-between. Both
 /// objects must outlive the option and must not be moved.
 void add_look(Command command, LookOptions& look, PictureOptions& options);
 

@@ -122,16 +122,13 @@ nlohmann::json to_json(const PictureOptions& options) {
                     {"at", cut.at},
                     {"unit", cut.is_percent ? "percent" : "shape"}});
   }
-  nlohmann::json json = {
-      {"width", options.width},
-      {"height", options.height},
-      {"samples", options.samples_per_axis},
-      {"cuts", cuts},
-      {"keep_loose", options.keep_loose},
-      {"exact", options.exact},
-      {"background", options.backdrop == Backdrop::plain ? color_name(options.background)
-                                                         : to_string(options.backdrop)},
-      {"ground", options.ground}};
+  nlohmann::json json = {{"width", options.width},
+                         {"height", options.height},
+                         {"samples", options.samples_per_axis},
+                         {"cuts", cuts},
+                         {"keep_loose", options.keep_loose},
+                         {"exact", options.exact},
+                         {"ground", options.ground}};
   base::add_json(json, picture_settings(), options);
   json.erase("iterations");  // the map's options have them
   if (options.range) json["range"] = options.range->values();

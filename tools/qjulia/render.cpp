@@ -38,6 +38,7 @@ struct RenderArguments {
   LookOptions look;
   PictureOptions options;
   std::vector<Option> camera;
+  std::optional<Option> material;
 };
 
 /// "z=50%,x=0.2": axes, and where they are cut.
@@ -61,6 +62,9 @@ PictureOptions checked_options(const RenderArguments& arguments) {
   auto given = arguments.map_options.given();
   if (!options.cuts.empty()) given.emplace_back("--cut");
   if (!given.empty()) expect_map(given.front(), arguments.input);
+  if (is_mesh_file(arguments.input) && !arguments.material->given()) {
+    options.material = Material::clay;  // a look's is for maps
+  }
   if (options.material != Material::clay) expect_map("--material", arguments.input);
   if (options.range && options.material == Material::clay) {
     throw InputError("--range: clay has one colour; give --material iterations or another, too");
@@ -198,11 +202,13 @@ ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all
 
 bool has_range(const PictureOptions& options) { return options.material != Material::clay; }
 
-/// The options, with the camera's place and the range that the palette was spread over.
+/// The options, with the camera's place, the exposure and the range that the palette was spread
+/// over.
 PictureOptions as_drawn(PictureOptions options, Studio& studio) {
   const std::optional<UpAxis> up = options.camera.up;
   options.camera = studio.aimed(std::span(&options.camera, 1)).front();
   options.camera.up = up;
+  options.exposure = studio.exposure();
   if (has_range(options)) options.range = studio.range();
   return options;
 }
@@ -281,6 +287,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   } else {
     series = series_of(arguments, options, sweep, device, scene, session);
   }
+  std::optional<double> exposure = options.exposure;  // that of the first picture of something
   const int reduction = sheet_reduction(options, sweep.values.size());
   for (const double value : sweep.values) {
     const std::string caption = fmt::format("{} {:.4g}", sweep.name, value);
@@ -288,6 +295,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
         fmt::format("picture {} of {}: {}", frames.size() + 1, sweep.values.size(), caption));
     MapOptions map_options = arguments.map_options;
     PictureOptions frame_options = options;
+    if (exposure) frame_options.exposure = exposure;
     sweep.set(value, map_options, frame_options);
     frame_options.camera = series.cameras[frames.size()];
     if (!sweep.is_of_camera()) {
@@ -297,6 +305,10 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     }
     const Image image = studio->picture(frame_options.camera,
                                         part_monitor(session, frames.size(), sweep.values.size()));
+    if (!exposure && image.covered > 0) {
+      exposure = studio->exposure();
+      studio->set_exposure(*exposure);
+    }
     warn_if_empty(image, arguments.input, frame_options, session);
     if (image.loose.count > 0) session.console.note(left_out_text(image.loose));
     const PictureOptions drawn = as_drawn(frame_options, *studio);
@@ -412,7 +424,8 @@ void describe_render(Command command, RenderArguments& a) {
       .add("--turntable", &a.sweep.turntable, "N",
            "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
       .range(2, 10000);
-  add_material(command, a.options);
+  add_look_name(command, a.options);
+  a.material = add_material(command, a.options);
   command
       .file("--aov", a.layers, "PREFIX",
             "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "

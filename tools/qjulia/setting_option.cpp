@@ -34,7 +34,9 @@ class SettingOption {
       value->reset();
       if (text != automatic) read_value(text, value);
     };
-    return with_automatic(command_.word(name(), setting_.values, take, help()));
+    const Option option = command_.word(name(), setting_.values, take, help());
+    option.offers({setting_.automatic});
+    return option.default_text(*value ? fmt::format("{}", **value) : setting_.automatic);
   }
   Option operator()(const WordPlace& value) const {
     const auto take = [setting = setting_, value](const std::string& word) {
@@ -59,7 +61,8 @@ class SettingOption {
       throw InputError(
           fmt::format("'{}' is no direction; give x, y, z, -x, -y, -z or {}", word, automatic));
     };
-    return with_automatic(command_.word(name(), setting_.values, take, help()))
+    return command_.word(name(), setting_.values, take, help())
+        .default_text(setting_.automatic)
         .offers({"x", "y", "z", "-x", "-y", "-z", setting_.automatic});
   }
   Option operator()(std::optional<Eigen::Vector3d>* value) const {
@@ -80,11 +83,23 @@ class SettingOption {
   Option operator()(std::optional<Rotation>* value) const {
     return numbers([value](const auto& v) { *value = Rotation{{v[0], v[1], v[2]}, v[3]}; });
   }
-  Option operator()(Lamp* value) const {
-    return numbers([value](const auto& v) {
-             *value = {v[0], v[1], v[2]};
-           })
-        .default_text(fmt::format("{} {} {}", value->azimuth, value->elevation, value->strength));
+  Option operator()(std::vector<Lamp>* value) const {
+    const auto take = [value](const std::vector<std::string>& given) {
+      value->clear();
+      for (const std::string& text : given) value->push_back(lamp_from(text));
+    };
+    return command_.repeated_word(name(), setting_.values, static_cast<int>(Rig::kMostLamps), take,
+                                  help());
+  }
+  Option operator()(std::optional<LightColor>* value) const {
+    const auto take = [value](const std::string& text) { *value = light_color_from(text); };
+    return command_.word(name(), setting_.values, take, help());
+  }
+  Option operator()(Background* value) const {
+    const auto take = [value](const std::string& text) { *value = background_from(text); };
+    return command_.word(name(), setting_.values, take, help())
+        .default_text(to_string(*value))
+        .offers({"studio", "transparent", "white", "black"});
   }
   Option operator()(Palette*) const { throw Error("a palette is read together with the material"); }
 
@@ -97,9 +112,6 @@ class SettingOption {
   }
   Option numbers(std::function<void(const std::vector<double>&)> take) const {
     return command_.numbers(name(), setting_.values, std::move(take), help());
-  }
-  Option with_automatic(const Option& option) const {
-    return option.default_text(setting_.automatic).offers({setting_.automatic});
   }
 
   Command command_;

@@ -44,7 +44,7 @@ struct SurfaceArguments {
   std::optional<double> millimetres, metres;  ///< instead of shape units
   std::optional<UpAxis> up;  ///< instead of the map's; the file's, where it has no up of its own
   Material material = Material::clay;  ///< of the vertices' colours; clay: none
-  std::string palette = "earth";
+  std::optional<std::string> palette;
   std::optional<MaterialRange> range;
   std::optional<Option> palette_option;
   std::vector<Option> range_options;
@@ -85,6 +85,10 @@ std::vector<std::string> surface_types() {
   return types;
 }
 
+Palette chosen_palette(const SurfaceArguments& arguments) {
+  return arguments.palette ? palette_of(*arguments.palette, arguments.material) : Palette{};
+}
+
 /// @throws InputError where colours are asked for that the file cannot hold, or a palette of no use
 ///   or that is none.
 void check_colors(const SurfaceArguments& arguments) {
@@ -102,16 +106,15 @@ void check_colors(const SurfaceArguments& arguments) {
         fmt::format("{}: a mesh of clay has no colours; give --material iterations or another, too",
                     option.name()));
   }
-  static_cast<void>(palette_of(arguments.palette, arguments.material));
+  static_cast<void>(chosen_palette(arguments));
   SurfaceColorOptions{.range = arguments.range}.validate();
 }
 
 /// How the mesh is coloured.
 SurfaceColorOptions color_options(const SurfaceArguments& arguments,
                                   const SurfaceOptions& options) {
-  return {arguments.material, palette_of(arguments.palette, arguments.material),
-          options.iterations, options.escape,
-          options.precision,  arguments.range};
+  return {arguments.material, chosen_palette(arguments), options.iterations,
+          options.escape,     options.precision,         arguments.range};
 }
 
 /// The map with shapes that are as long as was asked for; a box that was given goes with it.

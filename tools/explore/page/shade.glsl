@@ -1,4 +1,4 @@
-// From depths to colours, linear as the film has them: kernels/shade.cl. Depth maps of lights are
+// From depths to colours, linear: kernels/shade.cl and develop.cl. Depth maps of lights are
 // replaced by what the picture itself shows of neighbours.
 #include view.glsl
 
@@ -98,15 +98,33 @@ vec3 with_bounces(float v, vec3 albedo) {
   return max(vec3(v), ((v * a + b) * v + c) * v);
 }
 
-vec3 film(vec3 c) {
-  c = max(0.62 * c, 0.0);
-  return clamp((c * (2.51 * c + 0.03)) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
+// tone_neutral of kernels/tone.clh, at an exposure of 0.
+vec3 developed(vec3 c) {
+  c = 0.62 * max(c, 0.0);
+  float least = min(min(c.x, c.y), c.z);
+  c -= least < 0.08 ? least - 6.25 * least * least : 0.04;
+  float peak = max(max(c.x, c.y), c.z);
+  if (peak < 0.76) return c;
+  float new_peak = 1.0 - 0.0576 / (peak - 0.52);
+  return mix(c * (new_peak / peak), vec3(new_peak), 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0));
+}
+
+// ggx of kernels/matter.clh, of the usual roughness.
+float highlight(vec3 n, vec3 v, vec3 l) {
+  const float a2 = 0.108;
+  float nl = dot(n, l), nv = max(dot(n, v), 1e-3);
+  if (nl <= 0.0) return 0.0;
+  vec3 h = normalize(l + v);
+  float nh = dot(n, h), d = nh * nh * (a2 - 1.0) + 1.0;
+  float shadowing = nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2);
+  float fresnel = 0.04 + 0.96 * pow(max(1.0 - dot(v, h), 0.0), 5.0);
+  return fresnel * 0.5 * a2 / (d * d) / shadowing * nl;
 }
 
 vec3 backdrop(vec2 from_center) {
   float far = 1.0 - 1.0 / (1.0 + 0.45 * dot(from_center, from_center));
   if (is_dark) return mix(vec3(0.10, 0.105, 0.12), vec3(0.02, 0.02, 0.025), far);
-  return mix(vec3(0.92, 0.93, 0.95), vec3(0.40, 0.42, 0.46), far);
+  return mix(vec3(1.04, 1.05, 1.07), vec3(0.50, 0.52, 0.56), far);
 }
 
 void main() {
@@ -115,7 +133,7 @@ void main() {
   vec2 place = gl_FragCoord.xy - 0.5 * canvas;
   float t = depth_at(at);
   if (t < 0.0) {
-    color = vec4(film(backdrop(place / (0.5 * min(canvas.x, canvas.y)))), 1);
+    color = vec4(developed(backdrop(place / (0.5 * min(canvas.x, canvas.y)))), 1);
     return;
   }
   vec3 p = point_at(vec2(at), t), n = normal_at(at, t);
@@ -124,11 +142,10 @@ void main() {
   float open = open_share(at, p, n, max(3.0, 0.06 * float(bounds.y + 1)), 6.28 * turn);
   // Irradiance from a sky brightest overhead and a floor that glows warmly.
   vec3 sky = mix(vec3(0.267, 0.245, 0.214), vec3(0.59, 0.63, 0.69), 0.5 + 0.5 * dot(n, upright));
-  vec3 rim = max(dot(n, rim_direction), 0.0) * vec3(0.50, 0.54, 0.60) * open;
+  vec3 rim = max(dot(n, rim_direction), 0.0) * vec3(0.488, 0.526, 0.594) * open;
   float cosine = max(dot(n, key_direction), 0.0);
   float seen = cosine > 0.0 ? key_light(p, n, turn) * key_strength : 0.0;
-  vec3 view = view_direction(vec2(at) + 0.5 + jitter);
-  float highlight = seen * pow(max(dot(n, normalize(key_direction - view)), 0.0), 28.0);
-  vec3 light = seen * cosine * vec3(1.35, 1.26, 1.10) + rim + sky * with_bounces(open, albedo);
-  color = vec4(film(albedo * light + 0.10 * highlight), 1);
+  vec3 view = view_direction(vec2(at) + 0.5 + jitter), key = vec3(1.35, 1.216, 1.026);
+  vec3 light = seen * cosine * key + rim + sky * with_bounces(open, albedo);
+  color = vec4(developed(0.95 * albedo * light + seen * key * highlight(n, -view, key_direction)), 1);
 }

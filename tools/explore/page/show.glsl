@@ -1,4 +1,4 @@
-// Colours of a film as sRGB, rounded by a fixed pattern that hides steps: kernels/shade.cl.
+// Developed colours as sRGB, rounded by a fixed pattern that hides steps: kernels/develop.cl.
 uniform highp sampler2D picture;
 out vec4 color;
 

@@ -41,6 +41,7 @@ const valueMakers = {
   phase: phaseOf,
   rotation: ([degrees, axis]) => [...axisOf(axis), degrees],
   point: ([point]) => point,
+  lamp: (values) => [values.map(short).join(",")],
 };
 
 /** The numbers or words that a setting stands at, as an option takes them. */

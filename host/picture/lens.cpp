@@ -1,0 +1,49 @@
+#include "picture/lens.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace qjulia::picture {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The ray through the middle of the picture.
+Vector3d axis_of(const View& view) {
+  return view.direction(0.5 * view.columns, 0.5 * view.rows).normalized();
+}
+
+/// Number i of a sequence that fills -½ … ½ evenly and begins with 0: multiples of a power of the
+/// plastic number (Roberts 2018).
+double spread(int i, double step) {
+  const double at = i * step + 0.5;
+  return at - std::floor(at) - 0.5;
+}
+
+}  // namespace
+
+double distance_along_axis(const View& view, const Vector3d& point) {
+  return (point - view.eye).dot(axis_of(view));
+}
+
+std::vector<View> lens_views(const View& view, double width, double focus, int count) {
+  constexpr double kPlastic = 1.32471795724474602596;
+  const Vector3d right = view.dir_dx.normalized(), up = view.dir_dy.normalized();
+  // Directions reach so far along the axis, and meet the plane in focus after so many of them.
+  const double reach = view.direction(0.5 * view.columns, 0.5 * view.rows).norm();
+  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+  std::vector<View> views;
+  for (int i = 0; i < count; ++i) {
+    const double radius = 0.5 * width * focus * std::sqrt(static_cast<double>(i) / count);
+    const Vector3d away =
+        radius * (std::cos(golden_angle * i) * right + std::sin(golden_angle * i) * up);
+    View through = view;
+    through.eye += away;
+    through.dir += spread(i, 1 / kPlastic) * view.dir_dx +
+                   spread(i, 1 / (kPlastic * kPlastic)) * view.dir_dy - away * (reach / focus);
+    views.push_back(through);
+  }
+  return views;
+}
+
+}  // namespace qjulia::picture
