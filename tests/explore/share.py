@@ -358,6 +358,42 @@ def check_palette(tab, address):
     check(len(seen) == 2, "palettes have colours of their own")
 
 
+ROD = (0.35, 2.83)  # half of its height and width, and half of its length
+
+
+def write_rod(file):
+    """A rod that lies along a diagonal of its box, and so reaches far out of the box's upright cylinder."""
+    thin, far = ROD[0], ROD[1] / math.sqrt(2)
+    ends = [[(s * far - a * thin, s * far + a * thin, b * thin) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))] for s in (-1, 1)]
+    corners = [corner for end in ends for corner in end]
+    faces = [(1, 2, 3, 4), (8, 7, 6, 5)] + [(i, i + 4, (i % 4) + 5, i % 4 + 1) for i in range(1, 5)]
+    file.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join("f " + " ".join(map(str, f)) + "\n" for f in faces))
+
+
+def filled(seen, columns):
+    """The share of the columns and of the rows that a silhouette takes, and whether it touches the sides."""
+    rows = [seen[i:i + columns] for i in range(0, len(seen), columns)]
+    taken = [[i for i, line in enumerate(lines) if any(line)] for lines in (list(zip(*rows)), rows)]
+    sides = [(t[-1] - t[0] + 1) / n for t, n in zip(taken, (columns, len(rows)))]
+    return sides, any(t[0] == 0 or t[-1] == n - 1 for t, n in zip(taken, (columns, len(rows))))
+
+
+def check_framing(tab):
+    """From every azimuth the whole set is in sight, on a phone and on a screen, and large at the widest."""
+    write_rod(folder / "rod.obj")
+    run("shape", "rod.obj", "-o", "rod.qjulia.json", "--resolution", 48, "--device", "cpu", "--quiet")
+    address = share("rod.qjulia.json")
+    for size, settings in (("78x168", "up=z"), ("128x96", "up=z"), ("78x168", "up=y&elevation=50"), ("78x168", "up=z&drift=0.5")):
+        columns, fills, cut = int(size.split("x")[0]), [], []
+        for azimuth in range(-180, 180, 45):
+            tab.open(f"{address}?size={size}&samples=0#{settings}&azimuth={azimuth}")
+            tab.wait(200)
+            sides, is_cut = filled([d > 0 for d in tab.run("[...qjulia.depths().depths]")], columns)
+            fills.append(max(sides))
+            cut += [azimuth] if is_cut else []
+        check(cut == [] and 0.8 < max(fills) < 0.97, f"{size} {settings}: the set fills up to {max(fills):.2f} of a side; cut at {cut}")
+
+
 def main():
     with browser.Browser(640, 480) as tab:
         tab.offline()
@@ -378,6 +414,7 @@ def main():
                              "drift=0.5&zoom=1.4&look=0.2,0.1,0", "slice=0.2&steepness=4&scale=1.1&elevation=40&cutz=60"):
                 compare(tab, address, "ball.qjulia.json", settings, "120x90")
             check_kinds(tab)
+            check_framing(tab)
             check_begin(tab, address)
             check_backdrop(tab, address)
             check_controls(tab, address)

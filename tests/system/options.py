@@ -200,7 +200,6 @@ UNSEEN = {
     "surface --min-component": "these sets have one component",
     "surface --keep-loose": "these sets have no loose pieces",
     "info --verbose": "text alone has more to say, and all runs are for --json",
-    "share --verbose": "there is no more to say where no device computes",
     "devices --verbose": "text alone has more to say, and all runs are for --json",
     "doctor --verbose": "it says all that it does",
     "profile --verbose": "its tables say all of kernels",

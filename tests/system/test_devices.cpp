@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <catch2/catch_all.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "base/surroundings.hpp"
@@ -67,6 +70,22 @@ TEST_CASE("a platform without a device is named with its code") {
   CHECK_THAT(result.err,
              ContainsSubstring("'Empty' shows no device: CL_DEVICE_NOT_FOUND (-1)") &&
                  ContainsSubstring("'Broken' shows no device: CL_OUT_OF_HOST_MEMORY (-6)"));
+}
+
+TEST_CASE("a page is made where there is no device, unless one is asked for by name") {
+  const TemporaryFolder folder;
+  const std::string page = folder / "page.html";
+  const std::string map = QJULIA_TEST_DATA "/../../docs/maps/quadratic.qjulia.json";
+  const auto made = with_platforms("", {"share", map, "-o", page});
+  CHECK(made.exit_code == 0);
+  CHECK_THAT(made.err, ContainsSubstring("warning: the page frames the shape's box"));
+  std::ifstream file(page);
+  CHECK_THAT(std::string(std::istreambuf_iterator<char>(file), {}),
+             ContainsSubstring("id=\"outline\">[]</script>"));
+  std::filesystem::remove(page);
+  const auto refused = with_platforms("", {"share", map, "-o", page, "--device", "cpu"});
+  CHECK(refused.exit_code == 3);
+  CHECK(!std::filesystem::exists(page));
 }
 
 TEST_CASE("doctor --json tells what applies where there is no device") {

@@ -136,6 +136,25 @@ TEST_CASE("a page without a map is no map") {
   }
 }
 
+TEST_CASE("a page holds what its camera frames") {
+  const std::vector<Eigen::Vector3d> outline{{0.5, -1, 2}, {3e-9, 0.1, -1e9}};
+  const auto held = [](const std::string& page) {
+    return nlohmann::json::parse(
+        between(page, "<script type=\"application/json\" id=\"outline\">", "</script>"));
+  };
+  for (const auto make : {explore::shared_page, explore::served_page}) {
+    const auto points = held(make(nasty_map(), "ball.qjulia.json", outline));
+    REQUIRE(points.size() == outline.size());
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        CHECK(points[i][axis].get<double>() ==
+              Catch::Approx(outline[i][axis]).epsilon(1e-6).margin(0));
+      }
+    }
+    CHECK(held(make(nasty_map(), "ball.qjulia.json", {})) == nlohmann::json::array());
+  }
+}
+
 TEST_CASE("names in a page are text") {
   const std::string page = explore::shared_page(nasty_map(), "a\"><script>alert(1)</script>.json");
   CHECK(page.find("<script>alert") == std::string::npos);

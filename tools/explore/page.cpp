@@ -12,6 +12,7 @@
 #include "explore/page_settings.hpp"
 #include "qjulia/colors.hpp"
 #include "qjulia/map_file.hpp"
+#include "qjulia/picture.hpp"
 #include "qjulia/version.hpp"
 #include "report/html.hpp"
 
@@ -70,6 +71,15 @@ std::string json_of(const Map& map) {
   return text;
 }
 
+/// Rounded to 1e-7 of a point's distance from the origin, which keeps pages short.
+std::string json_of(std::span<const Eigen::Vector3d> outline) {
+  std::vector<std::string> points;
+  for (const Eigen::Vector3d& point : outline) {
+    points.push_back(fmt::format("[{}]", fmt::join(point.cast<float>().eval(), ",")));
+  }
+  return fmt::format("[{}]", fmt::join(points, ","));
+}
+
 /// What a policy calls one of the page's files. The build has hashed it, in hexadecimals.
 std::string policy_hash(const std::string& name) {
   const std::string_view digits = file_of_page(name + ".sha256");
@@ -93,7 +103,8 @@ struct PageKind {
 };
 
 /// @param map none where the page has none; its shaders go into a page that draws by itself.
-std::string page_of(const PageKind& kind, const Map* map, const std::string& file) {
+std::string page_of(const PageKind& kind, const Map* map, const std::string& file,
+                    std::span<const Eigen::Vector3d> outline = {}) {
   const std::map<std::string_view, std::string> parts = {
       {"title", html::escaped(file.substr(file.find_last_of('/') + 1))},
       {"file", html::escaped(file)},
@@ -107,6 +118,7 @@ std::string page_of(const PageKind& kind, const Map* map, const std::string& fil
       {"shaders", kind.renderer == kByBrowser ? shaders_of_page(*map) : ""},
       {"palettes", palettes_json()},
       {"settings", map == nullptr ? "" : page_settings(*map)},
+      {"outline", json_of(outline)},
       {"map", map == nullptr ? "" : json_of(*map)},
       {"script", std::string(file_of_page(kind.entry))}};
   std::string page;
@@ -122,12 +134,19 @@ std::string page_of(const PageKind& kind, const Map* map, const std::string& fil
 
 }  // namespace
 
-std::string shared_page(const Map& map, const std::string& file) {
-  return page_of({"index.html", "shared.js", kByBrowser, "'none'"}, &map, file);
+std::vector<Eigen::Vector3d> page_outline(const Device& device, const Map& map,
+                                          const std::stop_token& stop) {
+  return Studio::of_drafts(device, map, {}, stop).outline();
 }
 
-std::string served_page(const Map& map, const std::string& file) {
-  return page_of({"index.html", "served.js", "server", "'self'"}, &map, file);
+std::string shared_page(const Map& map, const std::string& file,
+                        std::span<const Eigen::Vector3d> outline) {
+  return page_of({"index.html", "shared.js", kByBrowser, "'none'"}, &map, file, outline);
+}
+
+std::string served_page(const Map& map, const std::string& file,
+                        std::span<const Eigen::Vector3d> outline) {
+  return page_of({"index.html", "served.js", "server", "'self'"}, &map, file, outline);
 }
 
 std::string fitting_page(const std::string& file) {

@@ -1,19 +1,33 @@
 #pragma once
 /// The page on which a map is played with.
 
+#include <Eigen/Core>
+#include <span>
+#include <stop_token>
 #include <string>
+#include <vector>
 
+#include "qjulia/device.hpp"
 #include "qjulia/map.hpp"
 
 namespace qjulia::explore {
 
+/// What the camera of a map's page frames: points that reach about as far in every direction as the
+/// set does, shape units.
+/// @throws Error where the device or the map cannot tell, Interrupted
+std::vector<Eigen::Vector3d> page_outline(const Device& device, const Map& map,
+                                          const std::stop_token& stop = {});
+
 /// One page that needs nothing else: the map stands in it, and the viewer's browser draws its set
 /// by WebGL 2. Its policy lets it load nothing and run no script but its own.
 /// @param file the name of the map's file, for the command lines that the page gives.
-std::string shared_page(const Map& map, const std::string& file);
+/// @param outline what the camera frames; where it is empty, the box of the shape.
+std::string shared_page(const Map& map, const std::string& file,
+                        std::span<const Eigen::Vector3d> outline = {});
 
 /// The page that `Server` gives out, which asks the server for its pictures.
-std::string served_page(const Map& map, const std::string& file);
+std::string served_page(const Map& map, const std::string& file,
+                        std::span<const Eigen::Vector3d> outline = {});
 
 /// The page that shows a fit while it runs.
 /// @param file the name of the file that its map is to have.

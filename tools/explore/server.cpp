@@ -135,8 +135,14 @@ struct Server::Impl {
   /// From now on the page is the map's.
   void show(const Map& map) {
     painter.show(map);
+    std::vector<Eigen::Vector3d> outline;
+    try {
+      outline = page_outline(painter.device(), map);
+    } catch (const Error&) {
+      // The page's first picture says what is wrong.
+    }
     const std::lock_guard lock(mutex);
-    page = served_page(map, file);
+    page = served_page(map, file, outline);
   }
 
   void begin_fit() {

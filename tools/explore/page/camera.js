@@ -1,10 +1,12 @@
 // The view of host/picture/view.cpp, in map coordinates; rows count upwards here. Where the camera
-// has no distance of its own, it stands so far away that a box fits from every azimuth, so that a
-// set that turns neither grows nor moves.
-import { toMap } from "./map.js";
-import { across, axisOf, inner, plus, times, unit } from "./vectors.js";
+// has no place of its own, it stands so that the set fits from every azimuth, and a set that turns
+// neither grows nor moves.
+import { outlineOf, toMap } from "./map.js";
+import { across, axisOf, inner, plus, times } from "./vectors.js";
 
-const shell = 1.06, fill = 0.96, fieldOfView = 30;
+const fieldOfView = 30;
+const filled = 0.9;   // share of the tighter side that the set fills at the azimuth where it is widest
+const clear = 0.05;   // the eye keeps at least this distance from the set, as a share of its size
 const radians = Math.PI / 180;
 
 /** @param camera its `up` is a direction such as "-z". */
@@ -15,36 +17,73 @@ export function cameraAxes({ azimuth, elevation, up: name }) {
   const level = plus(times(Math.cos(a), front), side, Math.sin(a));
   const back = plus(times(Math.cos(e), level), upright, Math.sin(e));
   const right = plus(times(-Math.sin(a), front), side, Math.cos(a));
-  return { right, up: across(back, right), back, upright, level };
+  return { right, up: across(back, right), back, upright, level, front, side };
 }
 
-/** Half of the extent along n of the upright elliptic cylinder in a box. */
-function extent([low, high], upright, n) {
-  const reach = n.map((v, i) => 0.5 * shell * (high[i] - low[i]) * Math.abs(v));
-  const along = Math.abs(inner(reach, upright));
-  return along + Math.sqrt(Math.max(inner(reach, reach) - along * along, 0));
-}
-
-function framingDistance(camera, box, tanX, tanY) {
-  let distance = 0;
-  for (let azimuth = 0; azimuth < 360; azimuth += 5) {
-    const { right, up, back, upright } = cameraAxes({ ...camera, azimuth });
-    const from = (n, tangent) => extent(box, upright, unit(plus(n, back, tangent))) * Math.hypot(1, tangent) / tangent;
-    for (const sign of [-1, 1]) {
-      distance = Math.max(distance, from(times(sign, right), tanX), from(times(sign, up), tanY));
+/** The middle of the smallest circle around points of a plane, within about 1 % of its radius (Badoiu and Clarkson). */
+function middleOf(points) {
+  let [x, y] = points[0];
+  for (let step = 2; step < 200; ++step) {
+    let most = -1, farthest = null;
+    for (const point of points) {
+      const away = (point[0] - x) ** 2 + (point[1] - y) ** 2;
+      if (away > most) [most, farthest] = [away, point];
     }
+    x += (farthest[0] - x) / step;
+    y += (farthest[1] - y) / step;
   }
-  return distance;
+  return [x, y];
 }
 
-/** The view of a picture of width x height pixels that is drawn with 1 / divisor of them a side.
- * @param box what is framed, map coordinates. */
-export function viewOf(camera, m, box, width, height, divisor) {
+/** The circles that the outline's points run through as the set turns about an upright axis: their radii, and heights above
+ * the axis' middle. */
+function ringsOf(m, axes) {
+  const { front, side, upright } = axes;
+  const points = outlineOf(m, axes).map((p) => [front, side, upright].map((n) => inner(p, n)));
+  const [x, y] = middleOf(points), heights = points.map((p) => p[2]), z = (Math.min(...heights) + Math.max(...heights)) / 2;
+  return { middle: plus(plus(times(x, front), side, y), upright, z),
+           rings: points.map((p) => [Math.hypot(p[0] - x, p[1] - y), p[2] - z]) };
+}
+
+let known = { key: "", rings: null };
+function knownRings(m, axes) {
+  const key = JSON.stringify([m.turn, m.offset, axes.upright]);
+  if (key !== known.key) known = { key, rings: ringsOf(m, axes) };
+  return known.rings;
+}
+
+/** How far the eye stands back, and how far the middle of the picture lies above that of the rings, along the picture's
+ * columns, so that all rings are seen within these tangents from the middle. */
+function placeFor(rings, elevation, tanX, tanY) {
+  const c = Math.cos(elevation * radians), s = Math.sin(elevation * radians);
+  const most = (reach) => rings.reduce((all, [r, z]) => Math.max(all, reach(r, z)), -Infinity);
+  // A point of a ring, at the angle w from the camera, lies r sin w to the right, z c - r s cos w above, and z s + r c cos w
+  // nearer than the middle: the largest of each side's reach is known for all w.
+  const upright = (tan) => {
+    const above = most((r, z) => z * (c + tan * s) + r * Math.abs(tan * c - s));
+    const below = most((r, z) => z * (tan * s - c) + r * Math.abs(tan * c + s));
+    return { back: (above + below) / (2 * tan), rise: (above - below) / 2 };
+  };
+  const size = 2 * most((r, z) => Math.hypot(r, z));
+  const back = Math.max(upright(tanY).back, most((r, z) => z * s + r * Math.hypot(1 / tanX, c)),
+                        most((r, z) => z * s + r * c) + clear * size);
+  // Equal room above and below: the narrower the view, the farther back is its place.
+  let low = 0, high = tanY;
+  for (let halving = 0; halving < 50; ++halving) {
+    const tan = (low + high) / 2;
+    if (upright(tan).back > back) low = tan;
+    else high = tan;
+  }
+  return { back, rise: upright(high).rise };
+}
+
+/** The view of a picture of width x height pixels that is drawn with 1 / divisor of them a side. */
+export function viewOf(camera, m, width, height, divisor) {
   const axes = cameraAxes(camera), tanY = Math.tan(0.5 * fieldOfView * radians);
-  const distance = camera.distance === null ? framingDistance(camera, box, fill * tanY * width / height, fill * tanY)
-                                            : camera.distance * m.shape_to_map.scale;
+  const around = knownRings(m, axes), place = placeFor(around.rings, camera.elevation, filled * tanY * width / height, filled * tanY);
+  const distance = camera.distance === null ? place.back : camera.distance * m.shape_to_map.scale;
   const pixel = 2 * tanY / (height / divisor) / camera.zoom;
-  const middle = camera.look ? toMap(camera.look, m) : times(0.5, plus(box[0], box[1]));
+  const middle = camera.look ? toMap(camera.look, m) : plus(around.middle, axes.up, place.rise);
   const dir_dx = times(pixel, axes.right), dir_dy = times(pixel, axes.up);
   const dir = plus(plus(times(-1, axes.back), dir_dx, -width / divisor / 2), dir_dy, -height / divisor / 2);
   // Lamps turn with the camera, and stay level.

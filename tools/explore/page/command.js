@@ -1,7 +1,7 @@
 // The command lines that make what the page shows.
 import { viewOf } from "./camera.js";
 import { canvas, darkBackground, root } from "./dom.js";
-import { shapeBox, toShape, turned } from "./map.js";
+import { toShape, turned } from "./map.js";
 import { changed, hasDarkBackdrop, knobsOf, short, state } from "./state.js";
 
 const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
@@ -18,7 +18,7 @@ const commandOf = (name, output, options) =>
 
 /** The options of the picture, with where the camera stands, which the program would choose otherwise. */
 function pictureOptions(width, height) {
-  const m = turned(knobsOf()), view = viewOf(state, m, shapeBox(m), width, height, 1);
+  const m = turned(knobsOf()), view = viewOf(state, m, width, height, 1);
   const rest = changed("picture").filter(([option]) => option !== "look-at" && option !== "distance");
   return [...rest, ["look-at", toShape(view.middle, m).map(short)], ["distance", [short(view.distance / m.shape_to_map.scale)]]];
 }

@@ -1,5 +1,5 @@
 // The map of the page, and its knobs: host/map/knobs.cpp and detail.cpp. A map file's own names.
-import { apply, boxAround, identity, imageOfBox, length, multiply, plus, times, transpose, turnAbout } from "./vectors.js";
+import { apply, boxAround, identity, imageOfBox, inner, length, multiply, plus, times, transpose, turnAbout } from "./vectors.js";
 import { byId } from "./dom.js";
 import { shuffled } from "./random.js";
 import { bears } from "./settings.js";
@@ -121,6 +121,17 @@ function preimage(portal, box) {
   const back = transpose(rotationOf(portal)).map((row) => times(1 / portal.scale, row));
   const [low, high] = imageOfBox(box, back, portal.destination ?? [0, 0, 0], portal.center);
   return [portal.center.map((c, i) => Math.max(low[i], c - portal.radius)), portal.center.map((c, i) => Math.min(high[i], c + portal.radius))];
+}
+
+const outline = JSON.parse(byId("outline").textContent);
+
+/** Points that reach as far in every direction as the set as the file has it, moved as the map's knobs move it, map
+ * coordinates. Where the host had no device to find them, the middles of the sides of the box's top and bottom. */
+export function outlineOf(m, { front, side, upright }) {
+  if (outline.length > 0) return outline.map((p) => plus(apply(m.turn, toMap(p)), m.offset));
+  const [low, high] = shapeBox(m), middle = times(0.5, plus(low, high)), half = times(0.5, plus(high, low, -1));
+  const reach = (n) => times(inner(half, n), n);
+  return [front, side].flatMap((n) => [-1, 1].flatMap((a) => [-1, 1].map((b) => plus(plus(middle, reach(n), a), reach(upright), b))));
 }
 
 /** The box of the shape and its copies, map coordinates; where the map knows none, what holds most maps. */

@@ -3,7 +3,7 @@ import { byId, canvas, fail, followTheme, isDarkTheme, resizeCanvas, root } from
 import { viewOf } from "./camera.js";
 import { renderCommand, surfaceCommand } from "./command.js";
 import { button, note, toggleControls } from "./controls.js";
-import { shapeBox, toShape, turned } from "./map.js";
+import { toShape, turned } from "./map.js";
 import { listen } from "./pointer.js";
 import { askPicture, saveMap, savePicture } from "./save.js";
 import { change, followAddress, hasDarkBackdrop, knobsOf, onChange, state, written } from "./state.js";
@@ -57,7 +57,7 @@ function showChange(settled) {
 
 /** The point in the middle and a pixel's width there, shape units and CSS pixels. */
 function whereNow() {
-  const m = turned(knobsOf()), view = viewOf(state, m, shapeBox(m), canvas.width, canvas.height, 1);
+  const m = turned(knobsOf()), view = viewOf(state, m, canvas.width, canvas.height, 1);
   const ratio = canvas.width / canvas.clientWidth;
   return { middle: toShape(view.middle, m), pixel: view.footprint * ratio / m.shape_to_map.scale };
 }

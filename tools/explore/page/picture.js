@@ -144,7 +144,7 @@ async function drawCoarsest(options, start) {
   figures.sceneMs = performance.now() - start;
   waits.longest = 0;
   const seen = seenBox(scene.map, state), size = [canvas.width, canvas.height], camera = { ...state };
-  const view = (divisor) => viewOf(camera, scene.map, scene.box, ...size, divisor), middle = [0, 0];
+  const view = (divisor) => viewOf(camera, scene.map, ...size, divisor), middle = [0, 0];
   const result = await marchView(scene, view(8), seen, 8, middle, null, () => false);
   paint(scene, result, middle, 1, options.isDark);
   await drawn();

@@ -1,6 +1,6 @@
 // The map as its knobs stand, ready to be drawn: calibrated, with the radii, grid and slopes that the
 // march needs. Each is made again only where a knob changes it.
-import { map, shapeBox, toMap, turned } from "./map.js";
+import { map, toMap, turned } from "./map.js";
 import { effectiveRadius, extremes, stopRadii, uniformsOf } from "./field.js";
 import { makeGrid, slopeAt } from "./grid.js";
 import { gl, uploadFactors } from "./gl.js";
@@ -66,7 +66,7 @@ export async function makeScene(knobs, iterations, isMoving) {
   const bent = (level + (far - level) / m.steepness - base) / m.steep;
   const steepest = Math.max(m.steep * m.steepness * slopeAt(grid, bent), 1e-3);
   return {
-    map: m, grid, box: shapeBox(m),
+    map: m, grid,
     uniforms: { ...uniformsOf(m, radii), far_level: far, steepest, radius, iterations,
                 to_grid: gridMatrix(m), grid_low: grid.low, grid_high: grid.high, grid_points: grid.points,
                 grid_step: grid.step, grid_slope: m.steep, grid_base: base },
