@@ -74,6 +74,7 @@ class GroupFinder {
   /// then in `group`.
   bool follow(int column, int row, SampleGroup& group) {
     int left = column, right = column, bottom = row;
+    std::vector<std::size_t> lower;  // beyond a step: they must be of the group, by another way
     group.push_back(index(column, row, grid_.columns));
     states_[group.front()] = State::followed;
     for (std::size_t next = 0; next < group.size(); ++next) {
@@ -86,19 +87,21 @@ class GroupFinder {
       for (int j = y - 1; j <= y + 1; ++j) {
         for (int i = x - 1; i <= x + 1; ++i) {
           const double beside = value(i, j);
+          const std::size_t number = index(i, j, grid_.columns);
           if (!hang_together(here, beside)) {
-            if (beside < here) return false;
+            if (beside < here) lower.push_back(number);
             continue;
           }
-          State& state = states_[index(i, j, grid_.columns)];
+          State& state = states_[number];
           if (state == State::refused) return false;
           if (state == State::followed) continue;
           state = State::followed;
-          group.push_back(index(i, j, grid_.columns));
+          group.push_back(number);
         }
       }
     }
-    return true;
+    return std::ranges::all_of(
+        lower, [&](std::size_t number) { return states_[number] == State::followed; });
   }
 
   const DepthGrid& grid_;

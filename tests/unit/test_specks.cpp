@@ -121,6 +121,12 @@ TEST_CASE("islands are small groups of samples with everything around them far b
                                               kMiss}),
                 0.5, 3)
             .empty());
+  // A step within a group, whose sides hang together by another way, leaves it whole.
+  CHECK(islands(grid_of(5, {kMiss, kMiss, kMiss, kMiss, kMiss,  //
+                            kMiss, 2.0F,  2.9F,  kMiss, kMiss,  //
+                            kMiss, 2.4F,  2.8F,  kMiss, kMiss,  //
+                            kMiss, kMiss, kMiss, kMiss, kMiss}),
+                0.5, 3) == Groups{{6, 11, 7, 12}});
 }
 
 TEST_CASE("pits are small groups of samples with everything around them far in front of them") {
