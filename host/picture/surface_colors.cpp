@@ -18,6 +18,9 @@ namespace qjulia {
 using namespace picture;
 namespace {
 
+/// Pixels of the set's diagonal in the picture that the colours of a mesh are compared with.
+constexpr double kPixels = 600;
+
 /// Vertices whose numbers are found between two reports of progress.
 constexpr std::size_t kVerticesAtOnce = std::size_t{1} << 18;
 
@@ -38,10 +41,10 @@ std::vector<double> widths_of(const TriangleMesh& mesh, const ShapeToMap& to_map
   return sums;
 }
 
-/// What the material shows at each vertex.
+/// What the material shows at each vertex, for balls of these diameters, map units.
 std::vector<float> vertex_traits(const OrbitsTell& orbits, const Coloring& coloring,
-                                 const TriangleMesh& mesh, const ProgressMonitor& monitor) {
-  const std::vector<double> widths = widths_of(mesh, coloring.to_scene);
+                                 const TriangleMesh& mesh, const std::vector<double>& widths,
+                                 const ProgressMonitor& monitor) {
   std::vector<float> traits;
   for (std::size_t first = 0; first < widths.size(); first += kVerticesAtOnce) {
     const std::size_t count = std::min(kVerticesAtOnce, widths.size() - first);
@@ -56,6 +59,38 @@ std::vector<float> vertex_traits(const OrbitsTell& orbits, const Coloring& color
     traits.insert(traits.end(), found.begin(), found.end());
   }
   return traits;
+}
+
+/// A few of the mesh's triangles, evenly over their numbers, with vertices of their own.
+TriangleMesh sample_of(const TriangleMesh& mesh) {
+  constexpr std::size_t kMost = 8192;
+  const std::size_t all = mesh.triangles.size(), count = std::min(kMost, all);
+  TriangleMesh sample;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto first = static_cast<std::uint32_t>(sample.vertices.size());
+    for (const std::uint32_t v : mesh.triangles[i * all / count]) {
+      sample.vertices.push_back(mesh.vertices[v]);
+    }
+    sample.triangles.push_back({first, first + 1, first + 2});
+  }
+  return sample;
+}
+
+/// The share of the edges whose ends' colours differ by more than a quarter of 255.
+double abrupt_share_of(const TriangleMesh& mesh, const std::vector<VertexColor>& colors) {
+  constexpr int kAbrupt = 64;
+  std::size_t abrupt = 0;
+  for (const Triangle& corners : mesh.triangles) {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const VertexColor& a = colors[corners[i]];
+      const VertexColor& b = colors[corners[(i + 1) % corners.size()]];
+      int most = 0;
+      for (std::size_t c = 0; c < a.size(); ++c) most = std::max(most, std::abs(a[c] - b[c]));
+      if (most > kAbrupt) ++abrupt;
+    }
+  }
+  return static_cast<double>(abrupt) /
+         static_cast<double>(std::max<std::size_t>(1, 3 * mesh.triangles.size()));
 }
 
 /// Through the palette's colours, in linear light as pictures go.
@@ -101,12 +136,24 @@ SurfaceColors surface_colors(const Device& device, const Map& map, const Triangl
     return orbit_traits(device_map, points, widths, options.iterations, options.material,
                         monitor.stop);
   };
-  const std::vector<float> traits = vertex_traits(orbits, coloring, mesh, monitor);
+  const std::vector<float> traits =
+      vertex_traits(orbits, coloring, mesh, widths_of(mesh, coloring.to_scene), monitor);
   found.range = options.range ? *options.range : range_over(traits, options.material);
-  found.colors.reserve(mesh.vertices.size());
-  for (const float trait : traits) {
-    found.colors.push_back(color_at(options.palette, share_of(found.range, double{trait})));
-  }
+  const auto colors_of = [&](const std::vector<float>& values) {
+    std::vector<VertexColor> colors;
+    colors.reserve(values.size());
+    for (const float value : values) {
+      colors.push_back(color_at(options.palette, share_of(found.range, double{value})));
+    }
+    return colors;
+  };
+  found.colors = colors_of(traits);
+  // What a vertex stands for averages a pattern that is finer.
+  const TriangleMesh sample = sample_of(mesh);
+  const double pixel = coloring.to_scene.scale * mesh.box().diagonal() / kPixels;
+  const std::vector<double> widths(sample.vertices.size(), pixel);
+  found.abrupt_share =
+      abrupt_share_of(sample, colors_of(vertex_traits(orbits, coloring, sample, widths, monitor)));
   return found;
 }
 

@@ -29,6 +29,10 @@ struct SurfaceColorOptions {
 struct SurfaceColors {
   std::vector<VertexColor> colors;  ///< one for each vertex
   MaterialRange range{};            ///< the palette's
+  /// The share of the edges, from a sample of them, along which colours change by more than a
+  /// quarter of the way from black to white in a picture that shows the mesh's diagonal with 600
+  /// pixels. Where it is high, the mesh shows dots or a mean colour in place of bands.
+  double abrupt_share = 0;
 };
 
 /// The colours of pictures of the map, at vertices. As the colour of a pixel is that of a ball as

@@ -93,12 +93,13 @@ TEST_CASE("heights go up the map's own axis, from one end of the palette to the 
   Map map = placed_ball();
   map.frame.up = UpAxis::minus_x;
   const TriangleMesh mesh = sphere_of(map, 3);
-  const auto [colors, range] =
+  const SurfaceColors found =
       surface_colors(test::shared_device(), map, mesh, in_grey(Material::height));
+  const MaterialRange& range = found.range;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const double wanted =
         std::clamp((-mesh.vertices[v].x() - range.low) / (range.high - range.low), 0.0, 1.0);
-    REQUIRE(std::abs(share_of(colors[v]) - wanted) < 0.01);
+    REQUIRE(std::abs(share_of(found.colors[v]) - wanted) < 0.01);
   }
   // A ball of radius 1 / kShapeToMap about x = -1: most of it lies in the range.
   CHECK(range.low == Catch::Approx(1 - 1 / kShapeToMap).margin(0.3));
@@ -194,14 +195,32 @@ TEST_CASE("a mesh has the colours of pictures of the same map") {
   CHECK(wrong < 0.02 * compared);
 }
 
+TEST_CASE("colours jump along the edges of a mesh that is too coarse for them") {
+  // Heights of a range of a hundredth of the ball: black, a thin grey ring, white.
+  const Map map = placed_ball();
+  SurfaceColorOptions options = in_grey(Material::height);
+  const double middle = direction(kDefaultUp).dot(map.frame.box->center());
+  options.range = MaterialRange{middle - 0.01, middle + 0.01};
+  std::vector<double> shares;
+  for (const int level : {1, 3, 5}) {
+    const TriangleMesh mesh = sphere_of(map, level);
+    shares.push_back(surface_colors(test::shared_device(), map, mesh, options).abrupt_share);
+  }
+  CAPTURE(shares);
+  // The ring crosses about one edge of 2^level.
+  CHECK(shares[0] > 2 * shares[1]);
+  CHECK(shares[1] > 2 * shares[2]);
+  CHECK(shares[2] > 0);
+}
+
 TEST_CASE("a range that is given is kept") {
   const Map map = placed_ball();
   SurfaceColorOptions options = in_grey(Material::height);
   options.range = MaterialRange{10, 20};
-  const auto [colors, range] =
+  const SurfaceColors found =
       surface_colors(test::shared_device(), map, sphere_of(map, 1), options);
-  CHECK(range == MaterialRange{10, 20});
-  for (const VertexColor& color : colors) CHECK(color == VertexColor{0, 0, 0});
+  CHECK(found.range == MaterialRange{10, 20});
+  for (const VertexColor& color : found.colors) CHECK(color == VertexColor{0, 0, 0});
 }
 
 TEST_CASE("colours that cannot be given are refused, and a stop is heard") {

@@ -149,6 +149,12 @@ TEST_CASE("a surface whose colours are finer than its mesh is written with a war
   CHECK(fine.exit_code == 0);
   CHECK_THAT(fine.err, ContainsSubstring("finer than the mesh") &&
                            ContainsSubstring("--resolution higher than 12"));
+  // Wide facets average a fine pattern: neighbours agree, and the pattern is lost all the same.
+  const auto coarse = run_command({"surface", QJULIA_TEST_DATA "/../../docs/maps/bunny.qjulia.json",
+                                   "-o", folder / "c.glb", "--resolution", "48", "--material",
+                                   "iterations", "--device", "cpu"});
+  CHECK(coarse.exit_code == 0);
+  CHECK_THAT(coarse.err, ContainsSubstring("finer than the mesh"));
   const auto plain = run_command({"surface", ball.map, "-o", folder / "b.glb", "--resolution", "24",
                                   "--material", "height", "--device", "cpu"});
   CHECK(plain.exit_code == 0);

@@ -183,33 +183,14 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
 }
 
 /// Colours of a mesh whose coordinates are `scale` times those of the map's set.
-std::vector<VertexColor> colors_of(const SurfaceArguments& arguments, const Device& device,
-                                   const Map& map, const SurfaceOptions& options,
-                                   const TriangleMesh& mesh, double scale,
-                                   const ProgressMonitor& monitor) {
+SurfaceColors colors_of(const SurfaceArguments& arguments, const Device& device, const Map& map,
+                        const SurfaceOptions& options, const TriangleMesh& mesh, double scale,
+                        const ProgressMonitor& monitor) {
   const SurfaceColorOptions wanted = color_options(arguments, options);
-  if (scale == 1) return surface_colors(device, map, mesh, wanted, monitor).colors;
+  if (scale == 1) return surface_colors(device, map, mesh, wanted, monitor);
   TriangleMesh set{mesh.vertices, mesh.triangles};
   for (Eigen::Vector3d& x : set.vertices) x /= scale;
-  return surface_colors(device, map, set, wanted, monitor).colors;
-}
-
-/// The share of the edges along which the colour changes by more than a quarter of the way from
-/// black to white: there the colours of vertices show dots where a picture shows a pattern.
-double abrupt_share(const TriangleMesh& mesh) {
-  constexpr int kAbrupt = 64;
-  std::size_t abrupt = 0;
-  for (const Triangle& corners : mesh.triangles) {
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const VertexColor& a = mesh.colors[corners[i]];
-      const VertexColor& b = mesh.colors[corners[(i + 1) % corners.size()]];
-      int most = 0;
-      for (std::size_t c = 0; c < a.size(); ++c) most = std::max(most, std::abs(a[c] - b[c]));
-      if (most > kAbrupt) ++abrupt;
-    }
-  }
-  return static_cast<double>(abrupt) /
-         static_cast<double>(std::max<std::size_t>(1, 3 * mesh.triangles.size()));
+  return surface_colors(device, map, set, wanted, monitor);
 }
 
 /// Makes the mesh in memory: for formats that need their counts first, to choose among components,
@@ -235,8 +216,10 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
     written.print = made.report;
   }
   if (has_colors(arguments)) {
-    mesh.colors = colors_of(arguments, device, map, options, mesh, written.print.scale, monitor);
-    written.abrupt_share = abrupt_share(mesh);
+    SurfaceColors colors =
+        colors_of(arguments, device, map, options, mesh, written.print.scale, monitor);
+    mesh.colors = std::move(colors.colors);
+    written.abrupt_share = colors.abrupt_share;
   }
   if (is_volume(arguments)) {
     if (written.report.open_edges > 0) {
@@ -303,9 +286,10 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   }
   if (written.abrupt_share > kMostAbrupt) {
     session.console.warn(
-        fmt::format("the pattern of --material {} is finer than the mesh: the colour jumps along "
-                    "{:.0f} % of the edges, so it will show dots instead of bands; give a "
-                    "--resolution higher than {}, or a --material with a broader pattern",
+        fmt::format("the pattern of --material {} is finer than the mesh: in a picture, colours "
+                    "jump along {:.0f} % of its edges, so it shows dots or a mean colour instead "
+                    "of bands; give a --resolution higher than {}, or a --material with a broader "
+                    "pattern",
                     to_string(arguments.material), 100 * written.abrupt_share, options.resolution));
   }
   if (report.trusted_share > 0) {
