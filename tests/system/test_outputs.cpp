@@ -287,6 +287,26 @@ TEST_CASE("a checkpoint that cannot be written does not end the fit") {
   CHECK(is_map(read_text(map)));
 }
 
+TEST_CASE("a fit whose folder goes while it runs keeps its map elsewhere") {
+  const OutputFiles bench;
+  const TemporaryFolder others;
+  // The first evaluations are over when there is a checkpoint.
+  const auto result = run(
+      {"/bin/bash", "-c",
+       "mkdir \"$2/gone\"; \"$0\" fit \"$1\" -o \"$2/gone/m.json\" --factors 24 --quiet & fit=$!\n"
+       "until test -e \"$2/gone/m.json.checkpoint\" || ! kill -0 $fit; do sleep 0.01; done\n"
+       "rm -r \"$2/gone\"; wait $fit",
+       QJULIA_COMMAND, bench.mesh, bench.folder.path().string()},
+      {.environment = {{"TMPDIR", others.path().string()}}});
+  INFO(result.err);
+  CHECK(result.exit_code == 1);
+  const std::vector<std::string> kept = others.names();
+  REQUIRE(kept.size() == 1);
+  CHECK_THAT(result.err, ContainsSubstring("The map that was reached is in") &&
+                             ContainsSubstring(kept.front()));
+  CHECK(run_command({"info", others / kept.front()}).exit_code == 0);
+}
+
 TEST_CASE("--resume knows a schedule by what it says") {
   const OutputFiles bench;
   const std::string map = bench.folder / "map.json";

@@ -3,6 +3,7 @@
 #include "qjulia/fit.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -176,13 +177,32 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
   return start;
 }
 
+/// Writes the map; where its folder is gone or full by now, into the folder for temporary files.
+/// @throws OutputError which says where the map is then
+void keep(const Map& map, const std::string& output) {
+  try {
+    return write_map(map, output);
+  } catch (const OutputError& error) {
+    std::error_code no_folder;
+    const std::filesystem::path folder = std::filesystem::temp_directory_path(no_folder);
+    const std::string kept =
+        (folder / fmt::format("qjulia-{}-{}", ::getpid(), name_of(output))).string();
+    try {
+      write_map(map, kept);
+    } catch (const OutputError&) {
+      throw error;
+    }
+    throw OutputError(fmt::format("{}. The map that was reached is in '{}'", error.what(), kept));
+  }
+}
+
 /// Writes the map and the report, and says so.
 int save(const FitCommandArguments& arguments, const FitStart& start, FitResult result,
          Session& session) {
   {
     const TraceStage stage(session.trace(), "save");
     result.map.provenance = provenance(start.origin, *start.device, result);
-    write_map(result.map, arguments.output.path);
+    keep(result.map, arguments.output.path);
   }
   bool interrupted = result.stopped == StopReason::interrupted;
   if (!interrupted) {
