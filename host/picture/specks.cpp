@@ -27,11 +27,14 @@ class GroupFinder {
  public:
   /// @param sign of the values: 1 for depths, which are infinite where a ray hits nothing, -1 for
   /// their negatives.
-  GroupFinder(const DepthGrid& grid, double sign, double gap, int most)
+  /// @param tips samples that hang together with all their neighbours; empty for none.
+  GroupFinder(const DepthGrid& grid, double sign, double gap, int most,
+              const std::vector<bool>& tips)
       : grid_(grid),
         sign_(sign),
         gap_(gap),
         most_(most),
+        tips_(tips),
         states_(grid.depths.size(), State::fresh) {}
 
   std::vector<SampleGroup> all() {
@@ -55,7 +58,15 @@ class GroupFinder {
     const float depth = grid_.at(column, row);
     return sign_ * (depth < 0 ? kNothing : double{depth});
   }
-  bool hang_together(double a, double b) const { return a == b || std::abs(a - b) <= gap_; }
+  bool is_tip(int column, int row) const {
+    return !tips_.empty() && tips_[index(column, row, grid_.columns)];
+  }
+  /// Whether two neighbours hang together.
+  bool hang_together(int x, int y, int i, int j) const {
+    const double a = value(x, y), b = value(i, j);
+    if (a == b || std::abs(a - b) <= gap_) return true;
+    return std::max(a, b) < kNothing && (is_tip(x, y) || is_tip(i, j));
+  }
 
   /// Whether a sample may be the first of a group, in the order of rows: of the neighbours before
   /// it, none hangs together with it, and none is lower.
@@ -64,8 +75,8 @@ class GroupFinder {
     if (here == kNothing || states_[index(column, row, grid_.columns)] != State::fresh)
       return false;
     for (const auto& [i, j] : {std::pair(-1, 0), {-1, -1}, {0, -1}, {1, -1}}) {
-      const double beside = value(column + i, row + j);
-      if (hang_together(here, beside) || beside < here) return false;
+      if (hang_together(column, row, column + i, row + j)) return false;
+      if (value(column + i, row + j) < here) return false;
     }
     return true;
   }
@@ -86,10 +97,9 @@ class GroupFinder {
       const double here = value(x, y);
       for (int j = y - 1; j <= y + 1; ++j) {
         for (int i = x - 1; i <= x + 1; ++i) {
-          const double beside = value(i, j);
           const std::size_t number = index(i, j, grid_.columns);
-          if (!hang_together(here, beside)) {
-            if (beside < here) lower.push_back(number);
+          if (!hang_together(x, y, i, j)) {
+            if (value(i, j) < here) lower.push_back(number);
             continue;
           }
           State& state = states_[number];
@@ -107,6 +117,7 @@ class GroupFinder {
   const DepthGrid& grid_;
   double sign_, gap_;
   int most_;
+  const std::vector<bool>& tips_;
   std::vector<State> states_;
 };
 
@@ -140,12 +151,14 @@ float rim_of(const DepthGrid& grid, const SampleGroup& pit) {
 
 }  // namespace
 
-std::vector<SampleGroup> islands(const DepthGrid& grid, double gap, int most) {
-  return GroupFinder(grid, 1, gap, most).all();
+std::vector<SampleGroup> islands(const DepthGrid& grid, double gap, int most,
+                                 const std::vector<bool>& tips) {
+  return GroupFinder(grid, 1, gap, most, tips).all();
 }
 
 std::vector<SampleGroup> pits(const DepthGrid& grid, double gap, int most) {
-  return GroupFinder(grid, -1, gap, most).all();
+  const std::vector<bool> no_tips;
+  return GroupFinder(grid, -1, gap, most, no_tips).all();
 }
 
 SpecklessDepths::SpecklessDepths(DepthSource& source, const View& view, std::size_t slab)
@@ -167,10 +180,12 @@ void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
   // depths less apart than samples are wide.
   const double rounding = 0x1p-21 * (view_.eye.norm() + source_.bounds().diagonal());
   const double near = std::max(view_.footprint, rounding);
-  std::unordered_set<std::size_t> tips;  // one sample of each island that is a tip
+  std::vector<bool> tips(grid.depths.size());  // samples of islands that are tips
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<SampleGroup> found = islands(grid, kGap * pixel_, widest_);
-    std::erase_if(found, [&](const SampleGroup& group) { return tips.contains(group.front()); });
+    std::vector<SampleGroup> found = islands(grid, kGap * pixel_, widest_, tips);
+    std::erase_if(found, [&](const SampleGroup& group) {
+      return std::ranges::all_of(group, [&](std::size_t sample) { return tips[sample]; });
+    });
     if (found.empty()) return;
     std::vector<PassingRay> rays;
     for (const SampleGroup& group : found) {
@@ -194,7 +209,7 @@ void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
         is_tip = is_tip || std::abs(from_until) <= near;
       }
       if (is_tip) {
-        tips.insert(group.front());
+        for (const std::size_t sample : group) tips[sample] = true;
         continue;
       }
       for (std::size_t i = 0; i < group.size(); ++i) grid.depths[group[i]] = beyond[first + i];

@@ -17,7 +17,10 @@ using SampleGroup = std::vector<std::size_t>;
 
 /// The groups that are at most `most` samples wide and high and whose surroundings all lie behind
 /// them; a sample that shows nothing is behind everything. None reaches the edges of the grid.
-std::vector<SampleGroup> islands(const DepthGrid& grid, double gap, int most);
+/// @param tips marks samples that hang together with whatever is seen beside them, since they are
+/// attached to something behind; empty for none.
+std::vector<SampleGroup> islands(const DepthGrid& grid, double gap, int most,
+                                 const std::vector<bool>& tips = {});
 
 /// The same for groups whose surroundings all lie in front of them. Samples that show nothing may
 /// form such a group.

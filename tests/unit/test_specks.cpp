@@ -127,6 +127,14 @@ TEST_CASE("islands are small groups of samples with everything around them far b
                             kMiss, 2.4F,  2.8F,  kMiss, kMiss,  //
                             kMiss, kMiss, kMiss, kMiss, kMiss}),
                 0.5, 3) == Groups{{6, 11, 7, 12}});
+  // A tip in front hangs together with what it stands on.
+  const DepthGrid tipped = grid_of(4, {kMiss, kMiss, kMiss, kMiss,  //
+                                       kMiss, 1.0F, 2.0F, kMiss,    //
+                                       kMiss, kMiss, kMiss, kMiss});
+  std::vector<bool> tips(12);
+  tips[5] = true;
+  CHECK(islands(tipped, 0.5, 3) == Groups{{5}});
+  CHECK(islands(tipped, 0.5, 3, tips) == Groups{{5, 6}});
 }
 
 TEST_CASE("pits are small groups of samples with everything around them far in front of them") {
