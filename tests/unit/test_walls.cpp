@@ -141,8 +141,11 @@ TEST_CASE("the wall of a solid sphere is its diameter, and on a coarse one less"
     const double angular_radius = std::sqrt(2 * cut_off);  // of a triangle, seen from the centre
     CAPTURE(subdivisions, angular_radius);
     CHECK(errors.largest < 0.002);
-    CHECK(errors.least > -0.6 * angular_radius);
-    if (subdivisions >= 4) CHECK(errors.least > -0.01);
+    // A ball about the centre is equally near to many triangles, and rounding chooses the one it
+    // shrinks to: turned 1,000 times at random, the coarsest sphere has .55 here as median and .65
+    // as the worst; four subdivisions, turned 100 times, have -.0113 at worst.
+    CHECK(errors.least > -0.7 * angular_radius);
+    if (subdivisions >= 4) CHECK(errors.least > -0.012);
   }
 }
 
