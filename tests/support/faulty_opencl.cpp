@@ -12,6 +12,8 @@
 /// QJULIA_TEST_NO_BINARY=WHEN        compiled programs are refused when they are created (`create`)
 ///                                   or built (`build`), or have no kernels (`kernel`)
 /// QJULIA_TEST_GPU=1                 devices say that they are GPUs
+/// QJULIA_TEST_DEVICE_VERSION=TEXT   devices say that they are of that version of OpenCL
+/// QJULIA_TEST_SOURCES=FILE          gets the first line of each program's source
 /// QJULIA_TEST_REFUSED_BYTES=N,M,…   no memory for buffers of exactly so many bytes; it says so
 /// QJULIA_TEST_LARGEST_BUFFER=N      no buffer has more than N bytes, as the device tells
 /// QJULIA_TEST_LOCAL_BYTES=N         a group has N bytes of local memory, as the device tells
@@ -81,16 +83,20 @@ cl_int refused() {
   return launch >= first && launch - first < count ? code : CL_SUCCESS;
 }
 
-/// Adds a line to the file of QJULIA_TEST_LAUNCHES.
-void note(cl_kernel kernel) {
-  const char* path = std::getenv("QJULIA_TEST_LAUNCHES");
+/// Adds a line to the file that the variable names.
+void note(const char* variable, const std::string& line) {
+  const char* path = std::getenv(variable);
   if (path == nullptr) return;
-  std::array<char, 256> name{};
-  clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, name.size() - 1, name.data(), nullptr);
   if (FILE* file = std::fopen(path, "a")) {
-    std::fprintf(file, "%s\n", name.data());
+    std::fprintf(file, "%s\n", line.c_str());
     std::fclose(file);
   }
+}
+
+std::string name_of(cl_kernel kernel) {
+  std::array<char, 256> name{};
+  clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, name.size() - 1, name.data(), nullptr);
+  return name.data();
 }
 
 /// Whether `bytes` is among the numbers of QJULIA_TEST_REFUSED_BYTES.
@@ -164,11 +170,12 @@ std::string source_of(cl_program program) {
   return source;
 }
 
-/// Whether the variable names the file whose source the program has.
+/// Whether the variable names the file whose source the program has. A driver's own needs may come
+/// before the source.
 bool is_named_by(const char* variable, cl_program program) {
   const char* name = std::getenv(variable);
-  return name != nullptr &&
-         source_of(program).starts_with(std::string("#line 1 \"kernels/") + name + '"');
+  return name != nullptr && source_of(program).find(std::string("#line 1 \"kernels/") + name +
+                                                    '"') != std::string::npos;
 }
 
 bool refuses_binaries(std::string_view when) {
@@ -190,6 +197,16 @@ const qjulia::test::WrongCompiler* wrong_compiler() {
   return found;
 }
 
+/// Answers a question with text.
+cl_int answer(std::string_view text, size_t size, void* value, size_t* needed) {
+  if (needed != nullptr) *needed = text.size() + 1;
+  if (value == nullptr) return CL_SUCCESS;
+  if (size <= text.size()) return CL_INVALID_VALUE;
+  char* const end = std::ranges::copy(text, static_cast<char*>(value)).out;
+  *end = '\0';
+  return CL_SUCCESS;
+}
+
 /// Replaces what was told, where anybody asked and something is to be told.
 template <class Number>
 void tell(const std::optional<size_t>& most, void* value) {
@@ -204,6 +221,8 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetDeviceInfo(cl_device_id device, 
                                                            size_t size, void* value,
                                                            size_t* needed) {
   static const auto real = loaders(&clGetDeviceInfo, "clGetDeviceInfo");
+  const char* version = std::getenv("QJULIA_TEST_DEVICE_VERSION");
+  if (name == CL_DEVICE_VERSION && version != nullptr) return answer(version, size, value, needed);
   const cl_int code = real(device, name, size, value, needed);
   if (name == CL_DEVICE_MAX_MEM_ALLOC_SIZE) {
     tell<cl_ulong>(number("QJULIA_TEST_LARGEST_BUFFER"), value);
@@ -249,7 +268,7 @@ clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensi
                        const size_t* offset, const size_t* global, const size_t* local,
                        cl_uint waits, const cl_event* wait_list, cl_event* event) {
   static const auto real = loaders(&clEnqueueNDRangeKernel, "clEnqueueNDRangeKernel");
-  note(kernel);
+  note("QJULIA_TEST_LAUNCHES", name_of(kernel));
   if (const cl_int code = refused()) return code;
   if (const cl_int code = lost(queue, 1)) return code;
   const auto largest = largest_group({});
@@ -329,6 +348,8 @@ extern "C" CL_API_ENTRY cl_program CL_API_CALL clCreateProgramWithSource(
     cl_context context, cl_uint count, const char** strings, const size_t* lengths, cl_int* code) {
   static const auto real = loaders(&clCreateProgramWithSource, "clCreateProgramWithSource");
   const auto* const wrong = wrong_compiler();
+  const std::string_view first = count > 0 ? strings[0] : "";
+  note("QJULIA_TEST_SOURCES", std::string(first.substr(0, first.find('\n'))));
   if (std::getenv("QJULIA_TEST_WRONG_WIDTH") == nullptr && wrong == nullptr) {
     return real(context, count, strings, lengths, code);
   }

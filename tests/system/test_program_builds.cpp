@@ -90,6 +90,23 @@ TEST_CASE("PoCL's own cache suffices, and nothing is kept for it") {
   CHECK_FALSE(std::filesystem::exists(gpu.folder.path() / "qjulia/programs"));
 }
 
+TEST_CASE("PoCL on aarch64 gets each program with the features of its own functions") {
+  const Gpu gpu;
+  const auto first_lines = [&](const std::string& version) {
+    const std::string file = gpu.folder / "sources";
+    std::filesystem::remove(file);
+    // An x86-64 compiler knows none of the features: what it makes of them does not matter.
+    gpu.sample({{"QJULIA_TEST_GPU", ""},
+                {"QJULIA_TEST_DEVICE_VERSION", version},
+                {"QJULIA_TEST_SOURCES", file}});
+    return read_text(file);
+  };
+  CHECK_THAT(first_lines("OpenCL 3.0 PoCL HSTR: pthread-aarch64-unknown-linux-gnu-(null)"),
+             Catch::Matchers::StartsWith("#pragma clang attribute push"));
+  CHECK_THAT(first_lines("OpenCL 3.0 PoCL HSTR: pthread-x86_64-pc-linux-gnu-znver4"),
+             Catch::Matchers::StartsWith("#line 1 \"kernels/"));
+}
+
 TEST_CASE("what does not load is compiled again, and its file replaced") {
   const Gpu gpu;
   REQUIRE(gpu.sample().exit_code == 0);
