@@ -112,18 +112,21 @@ int wait_until(device::PatientWait::Clock::time_point end, bool is_busy) {
   return 7;
 }
 
-/// How often a wait of 20 ms that is expected slept before, of ten.
+/// How often a wait of 3 ms that is expected slept before, of ten. So short a wait often fits into
+/// one turn that a busy machine gives a thread, which then looks as busy as it is.
 int sleeps(bool may_sleep, bool is_busy) {
+  constexpr auto kWait = std::chrono::milliseconds(3);
+  constexpr double kSeconds = std::chrono::duration<double>(kWait).count();
   const auto total = std::make_shared<device::WaitTotal>();
   device::PatientWait wait(may_sleep, total);
   int flushes = 0;
   for (int i = 0; i < 10; ++i) {
-    wait.expect(0.02);
-    const auto end = device::PatientWait::Clock::now() + std::chrono::milliseconds(20);
+    wait.expect(kSeconds);
+    const auto end = device::PatientWait::Clock::now() + kWait;
     CHECK(wait([&] { ++flushes; }, [&] { return wait_until(end, is_busy); }) == 7);
   }
-  CHECK(total->value().seconds >= 0.19);
-  CHECK(total->value().slept_seconds >= 0.0149 * flushes);
+  CHECK(total->value().seconds >= 9.5 * kSeconds);
+  CHECK(total->value().slept_seconds >= 0.745 * kSeconds * flushes);
   return flushes;
 }
 
