@@ -200,9 +200,9 @@ SampledDistance sampled_distance_from_bytes(std::string_view bytes, const std::s
   }
   field.center = Eigen::Vector3d(file.vector("centre").data());
   field.lengths = Eigen::Vector3d(file.vector("lengths").data());
-  constexpr double kLargest = 1e12;
-  if (!(field.center.cwiseAbs().maxCoeff() <= kLargest) ||
-      !(field.lengths.minCoeff() > 0 && field.lengths.maxCoeff() <= kLargest)) {
+  constexpr double kLargestOfBox = 1e12;
+  if (!(field.center.cwiseAbs().maxCoeff() <= kLargestOfBox) ||
+      !(field.lengths.minCoeff() > 0 && field.lengths.maxCoeff() <= kLargestOfBox)) {
     file.fail("has a centre or lengths that are no box's");
   }
   field.values = file.numbers("samples", samples);

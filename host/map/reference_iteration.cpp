@@ -126,9 +126,9 @@ T spline_sum(const std::array<T, 3>& at, const Coefficient& coefficient) {
 /// Both splines of a grid, each by itself; cells.
 template <class T>
 T grid_distance(const DistanceGridData& data, const std::array<T, 3>& at) {
-  const auto [nx, ny, nz] = data.coarse_cells();
+  const std::array<int, 3> coarse = data.coarse_cells();
   const auto wide = [](int n) { return static_cast<std::size_t>(n); };
-  const auto number = [wide, nx = wide(nx), ny = wide(ny)](int i, int j, int k) {
+  const auto number = [nx = wide(coarse[0]), ny = wide(coarse[1]), wide](int i, int j, int k) {
     return (wide(k) * ny + wide(j)) * nx + wide(i);
   };
   const auto correction = [&](int i, int j, int k) {

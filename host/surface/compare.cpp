@@ -22,7 +22,7 @@ using namespace surface;
 namespace {
 
 constexpr std::size_t kSurfaceSamples = 30000;
-constexpr std::uint64_t kSeed = 1;
+constexpr std::uint64_t kComparisonSeed = 1;
 constexpr double kSharpness = 10;  // α
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 constexpr double kShortestLimb = 0.1;  // times the mesh's longest side
@@ -149,7 +149,7 @@ struct SampledMesh {
   SampledMesh(const TriangleMesh& mesh, const SignedDistance& to_mesh,
               const std::optional<Box>& part)
       : distance(to_mesh) {
-    const auto samples = sample_surface(mesh, kSurfaceSamples, kSeed);
+    const auto samples = sample_surface(mesh, kSurfaceSamples, kComparisonSeed);
     for (const SurfacePoint& point : samples) {
       if (holds(part, point.position)) points.push_back(point.position);
     }

@@ -21,11 +21,11 @@ void shorten_ways(std::vector<double>& ways, const std::vector<std::size_t>& sou
     open.emplace(0, source);
   }
   while (!open.empty()) {
-    const auto [here, at] = open.top();
+    const Reached nearest = open.top();
     open.pop();
-    if (here > ways[at]) continue;
-    for_neighbours(at, [&, here = here](std::size_t next, double length) {
-      const double there = here + length;
+    if (nearest.first > ways[nearest.second]) continue;
+    for_neighbours(nearest.second, [&](std::size_t next, double length) {
+      const double there = nearest.first + length;
       if (there >= ways[next]) return;
       ways[next] = there;
       open.emplace(there, next);

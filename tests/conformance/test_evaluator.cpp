@@ -128,7 +128,7 @@ TEST_CASE("blocks of the Gauss-Newton matrix on the device are the reference's")
   // Blocks of one factor, padded ones, and such as fill three tiles; more coarse variables than two
   // tiles have room for.
   const auto [factors, most] =
-      GENERATE(table<int, std::size_t>({{13, 1}, {13, 5}, {13, 13}, {80, 45}}));
+      GENERATE(table<std::size_t, std::size_t>({{13, 1}, {13, 5}, {13, 13}, {80, 45}}));
   Map map = test::random_map(factors, 0.1, 0.6, 64);
   map.dynamics.slice = 0.1;
   // Hard ones, and so many more that panels are filled twice.

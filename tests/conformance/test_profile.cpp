@@ -263,7 +263,7 @@ TEST_CASE("events are those of the threads that run kernels") {
   const double before = cpu_seconds();
   for (int i = 0; i < 10; ++i) bench.run(profiling::TuneJob::orbit_energy);
   const double all = cpu_seconds() - before;
-  const auto& counted = counter.kernels().at("energy_terms").events;
+  const auto counted = counter.kernels().at("energy_terms").events;
   const auto found = counted.find("cpu_seconds");
   if (found == counted.end()) {
     CHECK_FALSE(events.refused().empty());

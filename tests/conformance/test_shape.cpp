@@ -175,7 +175,7 @@ TEST_CASE("a shape has longest side 3 and its deepest point at the origin") {
   CHECK(shape.box.low == mesh.box().low);
   CHECK(shape.box.high == mesh.box().high);
   CHECK(signed_volume(shape.mesh) > 0);
-  for (const std::size_t v : {0, 17, 400}) {
+  for (const std::size_t v : {0U, 17U, 400U}) {
     CHECK((shape.shape_to_map.to_map(mesh.vertices[v]) - shape.mesh.vertices[v]).norm() < 1e-9);
   }
   CHECK((shape.shape_to_map.to_shape({0, 0, 0}) - Eigen::Vector3d(7, 0, -300)).norm() < 0.5);

@@ -121,7 +121,7 @@ TEST_CASE("the IoU of a stage, and of the result, is that of the map it gives") 
   FitOptions options;
   options.factors = 8;
   options.schedule = "fast";
-  options.seed = GENERATE(1, 2, 3);
+  options.seed = GENERATE(1U, 2U, 3U);
   options.polish = options.seed == 3;
   options.max_evaluations = options.polish ? 150 : 4;
   options.steepness = 5;

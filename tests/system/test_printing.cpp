@@ -121,7 +121,7 @@ TEST_CASE("a print has the size and the walls that were asked for") {
   CHECK(decimation["farthest"] <= 0.5);
   const json sides = made({"info", ply})["box"];
   double side = 0;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     side = std::max(side, sides[1][axis].get<double>() - sides[0][axis].get<double>());
   }
   CHECK(side == Catch::Approx(50).epsilon(1e-6));

@@ -196,7 +196,7 @@ TEST_CASE("a map becomes a closed surface in the shape's own place") {
   CHECK(mesh["closed"] == true);
   CHECK(mesh["triangles"] == json::parse(made.out)["triangles"]);
   // The torus spans 2.9 x 2.9 x 0.9 about the origin.
-  for (int axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     const double half = axis == 2 ? 0.45 : 1.45;
     CHECK(mesh["box"][0][axis].get<double>() == Catch::Approx(-half).margin(0.15));
     CHECK(mesh["box"][1][axis].get<double>() == Catch::Approx(half).margin(0.15));

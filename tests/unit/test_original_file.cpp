@@ -103,7 +103,7 @@ TEST_CASE("numbers of the header must be finite, and the message names them") {
   };
   const std::size_t field = whole.size() - 3 * (12 + 48 + 24 * 8);
   for (const double wrong : {std::nan(""), -std::numeric_limits<double>::infinity()}) {
-    for (const std::size_t axis : {0, 1, 2}) {
+    for (const std::size_t axis : {0U, 1U, 2U}) {
       check_refused(with_number(12 + 8 * axis, wrong), "its centre (");
       check_refused(with_number(36 + 8 * axis, wrong), "its lengths (");
       check_refused(with_number(field + 12 + 8 * axis, wrong), "its fractal field's centre (");
@@ -174,7 +174,7 @@ TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says")
   for (const std::int32_t wrong : {-1, 0, 1, 1 << 30, std::numeric_limits<std::int32_t>::max()}) {
     CHECK_THROWS_AS(field(with_integer(whole, 0, wrong)), InputError);
   }
-  for (const std::size_t offset : {12, 20, 28, 36, 44, 52}) {
+  for (const std::size_t offset : {12U, 20U, 28U, 36U, 44U, 52U}) {
     const std::string nan = test::Bytes().number(std::nan("")).text();
     CHECK_THROWS_WITH(
         field(std::string(whole).replace(offset, 8, nan)),

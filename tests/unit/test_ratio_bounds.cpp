@@ -55,7 +55,7 @@ TEST_CASE("bounds miss as rarely as they say, under normal and under skewed nois
   constexpr int kTrials = 4000;
   for (const double error : {0.05, 0.00625}) {
     const double allowed = error + 3 * std::sqrt(error / kTrials);
-    for (const std::size_t runs : {5, 12}) {
+    for (const std::size_t runs : {5U, 12U}) {
       CAPTURE(error, runs);
       std::normal_distribution<double> normal(1, 0.01);
       std::lognormal_distribution<double> skewed(0, 0.5);
@@ -75,7 +75,7 @@ TEST_CASE("a ratio is found between its bounds, which shrink with more runs") {
   std::normal_distribution<double> noise(1, 0.01);
   constexpr int kTrials = 200;
   double last_width = 1;
-  for (const std::size_t runs : {5, 20, 60}) {
+  for (const std::size_t runs : {5U, 20U, 60U}) {
     int held = 0;
     double width = 0, mean = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
