@@ -224,6 +224,11 @@ TEST_CASE("an evaluator of iterates has room for the diagonal, of more rows than
 }
 
 TEST_CASE("work-items that sum in local memory give the reference's sums, the same every time") {
+  const DeviceInfo& on = test::shared_device().info();
+  if (on.platform_name == "Portable Computing Language" && on.driver_version.starts_with("6.")) {
+    WARN("PoCL 6 compiles these groups rightly or wrongly by chance (docs/lab/drivers.md)");
+    return;
+  }
   const int iterations = GENERATE(2, 4);
   const Map map = map_off_slice();
   const energy::Samples samples = hard_samples(map);
