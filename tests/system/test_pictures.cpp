@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "obj_text.hpp"
+#include "png_file.hpp"
 #include "process.hpp"
 #include "qjulia/map_file.hpp"
 #include "shapes.hpp"
@@ -134,6 +135,44 @@ TEST_CASE("a sweep of a scale goes by equal ratios, and its pictures share camer
   CHECK(first["distance"] == last["distance"]);
   CHECK(first["range"] == last["range"]);
   CHECK(first["range"].size() > 2);
+  // A series has one exposure, unless that is what is swept.
+  swept("exposure=-1:1:3");
+  CHECK(note(1)["exposure"] == -1);
+  CHECK(note(3)["exposure"] == 1);
+  swept("exposure=-1:1:3");
+  CHECK(qjulia::test::read_png(folder / "sweep_001.png").pixels !=
+        qjulia::test::read_png(folder / "sweep_003.png").pixels);
+}
+
+TEST_CASE("looks, lamps and an exposure are drawn again by their jobs") {
+  const Ball ball;
+  const TemporaryFolder folder;
+  const auto run = [&](std::vector<std::string> words) {
+    const auto result = run_command(std::move(words));
+    INFO(result.err);
+    REQUIRE(result.exit_code == 0);
+  };
+  const std::string mine = folder.file("mine.toml", "metal = 1\nlight = \"rim\"\n");
+  int number = 0;
+  for (const std::vector<std::string>& given :
+       {std::vector<std::string>{"--look", "gold", "--exposure", "auto"},
+        {"--look", mine},
+        {"--lamp", "10,20,1,3200K", "--lamp", "100,30,2", "--light", "dusk"},
+        {"--aperture", "0.1"}}) {
+    const std::string picture = folder / fmt::format("a{}.png", ++number);
+    const std::string again = folder / fmt::format("b{}.png", number);
+    // Options stand before the map: a lamp takes one word.
+    std::vector<std::string> words{"render"};
+    words.insert(words.end(), given.begin(), given.end());
+    words.insert(words.end(), {ball.map, "-o", picture, "--size", "24x18", "--samples", "1"});
+    run(words);
+    run({"run", picture, "-o", again});
+    CHECK(qjulia::test::read_png(again).pixels == qjulia::test::read_png(picture).pixels);
+  }
+  const auto refused =
+      run_command({"render", ball.map, "-o", folder / "c.png", "--look", "golden"});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, ContainsSubstring("--look: there is no look 'golden'"));
 }
 
 TEST_CASE("a surface whose colours are finer than its mesh is written with a warning") {

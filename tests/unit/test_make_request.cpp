@@ -42,6 +42,22 @@ TEST_CASE("drafts of all sizes have one studio, whole pictures one a size") {
   CHECK(text("160x120", "0", false) != text("160x120", "0", true));
 }
 
+TEST_CASE("other settings of a request override its look, which is no file") {
+  const auto picture =
+      explore::read_view({{"look", "jade"}, {"lamp", "10,20,1;5,6,7,3200K"}, {"coat", "0.25"}})
+          .picture;
+  CHECK(picture.look == "jade");
+  CHECK(picture.matter.wax > 0.5);
+  CHECK(picture.matter.coat == 0.25);
+  CHECK(picture.light.lamps == std::vector{lamp_from("10,20,1"), lamp_from("5,6,7,3200K")});
+  CHECK_FALSE(explore::read_view({{"exposure", "auto"}}).picture.exposure);
+  CHECK(explore::read_view({{"exposure", "-1.5"}}).picture.exposure == -1.5);
+  CHECK_THROWS_WITH(explore::read_view({{"look", "/tmp/a.toml"}}),
+                    Catch::Matchers::ContainsSubstring("no look '/tmp/a.toml'"));
+  CHECK_THROWS_WITH(explore::read_view({{"lamp", "1,2"}}),
+                    Catch::Matchers::ContainsSubstring("lamp: '1,2' is no lamp"));
+}
+
 TEST_CASE("what cannot be used is named, with what to give") {
   using Catch::Matchers::ContainsSubstring;
   using explore::read_view;

@@ -136,7 +136,8 @@ std::string page_of(const PageKind& kind, const Map* map, const std::string& fil
 
 std::vector<Eigen::Vector3d> page_outline(const Device& device, const Map& map,
                                           const std::stop_token& stop) {
-  return Studio::of_drafts(device, map, {}, stop).outline();
+  const PictureOptions usual;
+  return Studio::of_drafts(device, map, usual, stop).outline();
 }
 
 std::string shared_page(const Map& map, const std::string& file,
