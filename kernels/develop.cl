@@ -154,9 +154,19 @@ kernel void develop_pixels(qj_strip_arguments strip, real exposure,
   int tone = (int)scene[QJ_SCENE_TONE], behind = (int)scene[QJ_SCENE_BACKDROP];
   real shown = pixel[QJ_PIXEL_SHOWN];
   real3 behind_light = real3_at(pixel + QJ_PIXEL_GROUND), sum = (real3)(0);
-  if (shown > 0) {
-    real3 radiance = real3_at(pixel + QJ_PIXEL_RADIANCE) / shown;
-    sum = shown * tone_mapped(tone, exposure * radiance);
+  // The shape first, then the wall. One loop, so that no GPU calls the curve as a function.
+#pragma unroll 1
+  for (int part = 0; part < 2; ++part) {
+    real weight = part == 0 ? shown : behind == QJ_BACKDROP_STUDIO ? 1 - shown : (real)0;
+    if (weight <= 0) continue;
+    real3 radiance = real3_at(pixel + QJ_PIXEL_RADIANCE);
+    if (part == 1) {
+      real2 middle = (real2)((real)strip.columns, (real)strip.rows_in_all) / 2;
+      real2 place = (real2)((real)column + (real)0.5, (real)(row + strip.first_row) + (real)0.5);
+      radiance = wall((place - middle) / fmin(middle.x, middle.y)) * behind_light *
+                 real3_at(scene + QJ_SCENE_WALL_LIGHT);
+    }
+    sum += weight * tone_mapped(tone, exposure * radiance / weight);
   }
   real opaque = 1;
   if (behind == QJ_BACKDROP_NONE) {
@@ -164,12 +174,6 @@ kernel void develop_pixels(qj_strip_arguments strip, real exposure,
     opaque = 1 - luminance(behind_light);
   } else if (behind == QJ_BACKDROP_PLAIN) {
     sum += behind_light * real3_at(scene + QJ_SCENE_COLOR);
-  } else if (shown < 1) {
-    real2 middle = (real2)((real)strip.columns, (real)strip.rows_in_all) / 2;
-    real2 place = (real2)((real)column + (real)0.5, (real)(row + strip.first_row) + (real)0.5);
-    real3 color = wall((place - middle) / fmin(middle.x, middle.y));
-    color *= behind_light / (1 - shown) * real3_at(scene + QJ_SCENE_WALL_LIGHT);
-    sum += (1 - shown) * tone_mapped(tone, exposure * color);
   }
   sum /= fmax(opaque, (real)1e-6f);
   // Rounding by a fixed pattern hides steps in the backdrop.

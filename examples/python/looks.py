@@ -18,7 +18,7 @@ map = qjulia.load(arguments.map)
 pictures = []
 for name in qjulia.looks():
     print(name, flush=True)
-    pictures.append(qjulia.render(map, look=name, size=tuple(arguments.size)))
+    pictures.append(qjulia.render(map, look=name, size=(arguments.size[0], arguments.size[1])))
 rows = math.ceil(len(pictures) / arguments.columns)
 while len(pictures) < rows * arguments.columns:
     pictures.append(np.full_like(pictures[0], 255))

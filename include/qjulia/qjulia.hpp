@@ -23,6 +23,7 @@
 #include "qjulia/knob_table.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/label_check.hpp"
+#include "qjulia/look.hpp"
 #include "qjulia/map.hpp"
 #include "qjulia/map_detail.hpp"
 #include "qjulia/map_file.hpp"

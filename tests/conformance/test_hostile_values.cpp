@@ -657,6 +657,16 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
         Studio::of_drafts(on_device(), map, options).layered_picture(options.camera);
       });
     }
+    survives("set_exposure", [&] {
+      PictureOptions options;
+      options.width = options.height = 8;
+      Studio::of_drafts(on_device(), map, options).set_exposure(x);
+    });
+    survives("tone_mapped", [&] {
+      for (const auto tone : {ToneCurve::neutral, ToneCurve::agx, ToneCurve::aces}) {
+        CHECK_FALSE(tone_mapped(tone, Rgb(x, 1, -x)).maxCoeff() > 1);
+      }
+    });
     survives("aimed, shown and set_range", [&] {
       PictureOptions options = small_picture();
       options.material = Material::trap;
@@ -1015,8 +1025,22 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("fit_setting_named", [&] { fit_setting_named(text); });
     refuses("setting_named", [&] { setting_named(print_settings(), text, "prints"); });
     refuses("index_of", [&] { exact_settings().back().index_of(text); });
+    refuses("light_color_from", [&] { light_color_from(text); });
+    refuses("lamp_from", [&] { lamp_from(text); });
+    refuses("background_from", [&] { background_from(text); });
+    refuses("palette_from", [&] { palette_from(std::span(&text, 1), Material::trap); });
+    refuses("look_description", [&] { look_description(text); });
+    refuses("apply_look", [&] {
+      PictureOptions options;
+      apply_look(options, text);
+    });
+    refuses("apply_built_in_look", [&] {
+      PictureOptions options;
+      apply_built_in_look(options, text);
+    });
     survives("names", [&] {
       static_cast<void>(color_named(text));
+      static_cast<void>(rig_named(static_cast<RigName>(text.size())));
       static_cast<void>(palette_named(text));
       static_cast<void>(up_axis_named(text));
       static_cast<void>(detail_word_named(text));

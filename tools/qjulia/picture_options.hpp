@@ -13,8 +13,8 @@ namespace qjulia::tools {
 /// --size.
 Option add_size(Command command, PictureOptions& options);
 
-/// --azimuth, --elevation, --zoom, --look-at, --distance, --frame, --field-of-view, --aperture, --focus,
-/// --up.
+/// --azimuth, --elevation, --zoom, --look-at, --distance, --frame, --field-of-view, --aperture,
+/// --focus, --up.
 std::vector<Option> add_camera(Command command, PictureOptions& options);
 
 /// --look. It comes before all options that are in looks, so that these hold where they are given,
