@@ -1,5 +1,6 @@
 #include "check/shading_probe.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -36,10 +37,8 @@ std::vector<Rgb> ShadingProbe::radiance(const Device& device,
   picture::View view;
   view.dir = -Vector3d::UnitZ();
   std::vector<float> reals = picture::packed(scene, {});
-  for (const int part : {QJ_SCENE_ZENITH, QJ_SCENE_HORIZON, QJ_SCENE_FLOOR}) {
-    for (int i = 0; i < 3; ++i) {
-      reals[static_cast<std::size_t>(part + i)] = static_cast<float>(even_light);
-    }
+  for (const std::size_t part : {QJ_SCENE_ZENITH, QJ_SCENE_HORIZON, QJ_SCENE_FLOOR}) {
+    std::fill_n(reals.data() + part, 3, static_cast<float>(even_light));
   }
   std::vector<float> packed_normals;
   for (const Vector3d& n : normals) {

@@ -14,12 +14,12 @@
 namespace qjulia {
 namespace {
 
-constexpr std::string_view kFolder = "looks/", kEnding = ".toml";
+constexpr std::string_view kLooksFolder = "looks/", kLookEnding = ".toml";
 
 /// The text of a built-in look; none where there is none of this name.
 std::optional<std::string_view> look_text(std::string_view name) {
   const auto& all = picture::embedded_looks();
-  const auto found = all.find(fmt::format("{}{}{}", kFolder, name, kEnding));
+  const auto found = all.find(fmt::format("{}{}{}", kLooksFolder, name, kLookEnding));
   return found == all.end() ? std::nullopt : std::optional(found->second);
 }
 
@@ -94,7 +94,8 @@ void apply_text(PictureOptions& options, std::string_view text, const std::strin
 std::vector<std::string> look_names() {
   std::vector<std::string> names;
   for (const auto& [path, text] : picture::embedded_looks()) {
-    names.push_back(path.substr(kFolder.size(), path.size() - kFolder.size() - kEnding.size()));
+    names.push_back(
+        path.substr(kLooksFolder.size(), path.size() - kLooksFolder.size() - kLookEnding.size()));
   }
   std::ranges::sort(names);
   return names;
@@ -117,7 +118,7 @@ void apply_built_in_look(PictureOptions& options, std::string_view name) {
 }
 
 void apply_look(PictureOptions& options, const std::string& look) {
-  if (!look.ends_with(kEnding)) {
+  if (!look.ends_with(kLookEnding)) {
     if (!look_text(look)) throw_unknown(look, ", or a file that ends in .toml");
     apply_built_in_look(options, look);
     return;

@@ -12,7 +12,7 @@ Rgb neutral(const Rgb& radiance) {
   const double least = radiance.minCoeff();
   const double offset =
       least < 2 * kReflected ? least - least * least / (4 * kReflected) : kReflected;
-  const Rgb color = radiance.array() - offset;
+  Rgb color = radiance.array() - offset;
   const double peak = color.maxCoeff();
   if (peak < kStart) return color;
   const double rest = 1 - kStart;

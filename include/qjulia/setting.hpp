@@ -16,7 +16,7 @@
 #include "qjulia/box.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/light.hpp"
+#include "qjulia/lamp.hpp"
 #include "qjulia/quaternion.hpp"
 #include "qjulia/rotation.hpp"
 #include "qjulia/up_axis.hpp"

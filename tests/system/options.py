@@ -428,6 +428,8 @@ def toml_of(table, mesh):
 # What a picture's request may say, besides settings, which have the values of options. Palettes have names here.
 VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "cut-x": "90", "cut-y": "90", "cut-z": "90",
         "palette": "ice", "background": "ff8000", "steady": "1"}
+# Names that change pictures only where others are given, too: `glow` takes its place on a palette.
+VIEW_NEEDS = {"focus": {"aperture": "0.5"}, "glow": {"material": "trap"}, "glow-from": {"material": "trap", "glow": "2"}}
 # Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below"}
 MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}
@@ -592,11 +594,11 @@ class Bench:
         page = json.loads(pages.get(f"/map?{query}"))["provenance"]["turned"]["page"]
         for name in knobs:
             check(f"{name}={view[name]}&" in page, f"a request's '{name}' does not turn the map: {page}")
-        usual = {"size": "20x15", "samples": "1"}
-        picture = pages.frame(usual)
         for name in views:
             if name not in knobs and name not in VIEW_UNSEEN:
-                check(pages.frame({**usual, name: view[name]}) != picture, f"a request's '{name}' changes nothing")
+                usual = {"size": "20x15", "samples": "1", **VIEW_NEEDS.get(name, {})}
+                check(pages.frame({**usual, name: view[name]}) != pages.frame(usual),
+                      f"a request's '{name}' changes nothing")
         self.ask_files(pages)
 
     def ask_files(self, pages):

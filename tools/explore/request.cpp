@@ -273,7 +273,8 @@ ViewRequest view_of(const Query& query, const std::string& names) {
   std::string size_text;
   // A look first, so that other settings hold over it.
   std::vector<std::pair<std::string, std::string>> given(query.begin(), query.end());
-  std::ranges::stable_partition(given, [](const auto& each) { return each.first == "look"; });
+  std::stable_partition(given.begin(), given.end(),
+                        [](const auto& each) { return each.first == "look"; });
   for (const auto& [name, value] : given) {
     const auto found = parts().find(name);
     if (found == parts().end()) {

@@ -6,7 +6,7 @@
 #include "base/range_check.hpp"
 #include "base/text.hpp"
 #include "qjulia/error.hpp"
-#include "qjulia/light.hpp"
+#include "qjulia/lamp.hpp"
 
 namespace qjulia {
 namespace {
