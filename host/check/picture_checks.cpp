@@ -105,8 +105,10 @@ double shade(const Device& device, Precision precision) {
 /// Colours of the default tone curve, in steps of a byte; and whether white in even light is white
 /// whatever its roughness, in hundredths.
 double develop(const Device& device, Precision) {
-  std::vector<Rgb> radiances;
-  for (int i = 0; i < 24; ++i) radiances.emplace_back(0.08 * i, 0.02 * i * i, 0.3);
+  std::array<Rgb, 24> radiances;
+  for (int i = 0; i < 24; ++i) {
+    radiances[static_cast<std::size_t>(i)] = {0.08 * i, 0.02 * i * i, 0.3};
+  }
   const auto bytes = developed(device, ToneCurve::neutral, radiances);
   double worst = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) {

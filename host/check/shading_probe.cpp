@@ -37,7 +37,7 @@ std::vector<Rgb> ShadingProbe::radiance(const Device& device,
   picture::View view;
   view.dir = -Vector3d::UnitZ();
   std::vector<float> reals = picture::packed(scene, {});
-  for (const std::size_t part : {QJ_SCENE_ZENITH, QJ_SCENE_HORIZON, QJ_SCENE_FLOOR}) {
+  for (const int part : {QJ_SCENE_ZENITH, QJ_SCENE_HORIZON, QJ_SCENE_FLOOR}) {
     std::fill_n(reals.data() + part, 3, static_cast<float>(even_light));
   }
   std::vector<float> packed_normals;
