@@ -35,7 +35,7 @@ using Eigen::Vector3d;
 
 constexpr int kHalo = 2;               ///< rows of samples that normals look beyond a strip
 constexpr int kStripSamples = 400000;  ///< keeps memory small and launches short
-constexpr int kFloorMap = 256;         ///< texels a side at full fineness
+constexpr int kFloorMap = 256;                       ///< texels a side at full fineness
 /// A picture as large as this has light maps and grids at full fineness; a smaller one has coarser
 /// ones, down to kLeastFineness.
 constexpr double kFullWidth = 1280, kFullHeight = 960, kLeastFineness = 0.2;
@@ -290,16 +290,12 @@ struct Studio::Impl {
   LayeredImage picture(const ProgressMonitor& monitor, bool with_layers);
   /// Depths of the sky's lights, and what they light of the ground.
   void light_sky(Work& work);
-  /// What a picture is made of, before it is developed.
-  struct Exposed {
-    std::vector<float> pixels;  ///< sums over views: layout/picture_layout.h
-    LayeredImage picture;       ///< all but its bytes
-  };
-  /// Adds `share` of what a view shows, strip by strip. @param is_first its layers count.
-  void expose(const View& view, std::span<const Light> lamps, const Shading& shading, double share,
-              bool is_first, bool with_layers, Work& work, Exposed& exposed) const;
-  /// The bytes of a picture that was exposed.
-  Image developed(const Exposed& exposed, const Shading& shading) const;
+  /// The mean of the views, strip by strip; layers are those of the first.
+  void draw(std::span<const View> views, std::span<const Light> lamps, const Shading& shading,
+            bool with_layers, Work& work, LayeredImage& picture) const;
+  /// What of a strip a view shows.
+  Strip seen_strip(const View& view, SpecklessDepths& depths, std::span<const Light> lamps, int row,
+                   int rows) const;
   /// The views whose mean the picture is.
   std::vector<View> views_of(const Camera& camera);
   /// The distance, along the axis, of what is seen nearest to the middle of a view.
@@ -605,57 +601,63 @@ void Studio::Impl::light_sky(Work& work) {
   up = options.camera.up;
 }
 
-void Studio::Impl::expose(const View& view, std::span<const Light> lamps, const Shading& shading,
-                          double share, bool is_first, bool with_layers, Work& work,
-                          Exposed& exposed) const {
-  const int samples = view.samples, height = options.height;
-  const int strip_rows = std::max(1, kStripSamples / (view.columns * samples));
+Strip Studio::Impl::seen_strip(const View& view, SpecklessDepths& depths,
+                               std::span<const Light> lamps, int row, int rows) const {
+  const int samples = view.samples;
   // Near shadows look at the middles of the pixels beyond it, and a sample around each.
   const int halo = std::max(kHalo, samples / 2 + 2);
-  SpecklessDepths depths(*source, view);
-  auto pixel = exposed.pixels.begin();
-  for (int row = 0; row < height; row += strip_rows) {
-    const int rows = std::min(strip_rows, height - row);
-    const int from = std::max(0, row * samples - halo);
-    const int to = std::min(view.rows, (row + rows) * samples + halo);
-    Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
-    {
-      const TraceStage stage(work.monitor.trace, "rays");
-      strip.depths = depths.rows(from, to - from);
-      if (!lamps.empty()) {
-        strip.near_shadow = near_shadow(*source, view, lamps.front(), strip);
-        strip.narrowest_penumbra = narrowest_penumbra(view, lamps.front());
-      }
-    }
-    strip.traits = traits_of(view, strip);
-    throw_if_stopped(work.monitor.stop);
-    const TraceStage stage(work.monitor.trace, "shade");
-    const Shaded shaded = shading.shade(view, strip, is_first && with_layers);
-    for (const float value : shaded.pixels) *pixel++ += static_cast<float>(share) * value;
-    if (is_first) {
-      exposed.picture.image.covered += covered_pixels(view, strip);
-      if (with_layers) add_layers(view, strip, shaded.normals, to_scene, exposed.picture.layers);
-    }
-    work.did(cost(view) * strip.rows / height);
+  const int from = std::max(0, row * samples - halo);
+  const int to = std::min(view.rows, (row + rows) * samples + halo);
+  Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
+  strip.depths = depths.rows(from, to - from);
+  if (!lamps.empty()) {
+    strip.near_shadow = near_shadow(*source, view, lamps.front(), strip);
+    strip.narrowest_penumbra = narrowest_penumbra(view, lamps.front());
   }
+  return strip;
 }
 
-Image Studio::Impl::developed(const Exposed& exposed, const Shading& shading) const {
-  Image image = exposed.picture.image;
-  const std::size_t width = QJ_PIXEL_SIZE * static_cast<std::size_t>(image.width);
-  const int strip_rows = std::max(1, kStripSamples / image.width);
+void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamps,
+                        const Shading& shading, bool with_layers, Work& work,
+                        LayeredImage& picture) const {
+  Image& image = picture.image;
+  const View& first = views.front();
+  const int strip_rows = std::max(1, kStripSamples / (first.columns * first.samples));
+  const auto share = 1 / static_cast<float>(views.size());
+  std::vector<SpecklessDepths> depths;
+  depths.reserve(views.size());
+  for (const View& view : views) {
+    depths.emplace_back(*source, view, SpecklessDepths::kSlab / views.size());
+  }
   for (int row = 0; row < image.height; row += strip_rows) {
-    const auto rows = static_cast<std::size_t>(std::min(strip_rows, image.height - row));
-    const auto strip =
-        std::span(exposed.pixels).subspan(static_cast<std::size_t>(row) * width, rows * width);
-    const Developed shown =
-        shading.develop(strip, row, image.width, image.height, kBaseExposure * std::exp2(exposure));
+    const int rows = std::min(strip_rows, image.height - row);
+    std::vector<float> pixels(QJ_PIXEL_SIZE * index(0, rows, image.width));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const View& view = views[i];
+      Strip strip;
+      {
+        const TraceStage stage(work.monitor.trace, "rays");
+        strip = seen_strip(view, depths[i], lamps, row, rows);
+      }
+      strip.traits = traits_of(view, strip);
+      throw_if_stopped(work.monitor.stop);
+      const TraceStage stage(work.monitor.trace, "shade");
+      const Shaded shaded = shading.shade(view, strip, with_layers && i == 0);
+      std::ranges::transform(pixels, shaded.pixels, pixels.begin(),
+                             [&](float sum, float value) { return sum + share * value; });
+      if (i == 0) {
+        image.covered += covered_pixels(view, strip);
+        if (with_layers) add_layers(view, strip, shaded.normals, to_scene, picture.layers);
+      }
+      work.did(cost(view) * rows / image.height);
+    }
+    const Developed shown = shading.develop(pixels, row, image.width, image.height,
+                                            kBaseExposure * std::exp2(exposure));
     image.pixels.insert(image.pixels.end(), shown.pixels.begin(), shown.pixels.end());
     if (options.background.kind == Backdrop::transparent) {
       image.alpha.insert(image.alpha.end(), shown.alpha.begin(), shown.alpha.end());
     }
   }
-  return image;
 }
 
 std::vector<View> Studio::Impl::views_of(const Camera& camera) {
@@ -737,19 +739,15 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   const Shading shading(device, scene(), ground_light, lamps, sky);
   exposure = options.exposure ? *options.exposure : metered(view, shading);
 
-  Exposed exposed{.pixels = {},
-                  .picture = {.image = {options.width, options.height, {}}, .layers = {}}};
-  exposed.pixels.resize(QJ_PIXEL_SIZE * index(0, options.height, options.width));
-  exposed.picture.image.loose = source->loose_pieces();
-  exposed.picture.image.loose.volume /= std::pow(to_scene.scale, 3);
+  LayeredImage picture{.image = {options.width, options.height, {}}, .layers = {}};
+  Image& image = picture.image;
+  image.loose = source->loose_pieces();
+  image.loose.volume /= std::pow(to_scene.scale, 3);
+  image.pixels.reserve(3 * index(0, image.height, image.width));
   const std::vector<View> views = views_of(camera);
   work.all += static_cast<double>(views.size()) * cost(views.front()) - cost(view);
-  for (const View& each : views) {
-    expose(each, lamps, shading, 1 / static_cast<double>(views.size()), &each == &views.front(),
-           with_layers, work, exposed);
-  }
-  exposed.picture.image = developed(exposed, shading);
-  return std::move(exposed.picture);
+  draw(views, lamps, shading, with_layers, work, picture);
+  return picture;
 }
 
 Image render(const Device& device, const Map& map, const PictureOptions& options,

@@ -32,14 +32,14 @@ std::vector<SampleGroup> pits(const DepthGrid& grid, double gap, int most);
 /// level of their rims. No depth depends on how the rows are divided.
 class SpecklessDepths {
  public:
+  static constexpr std::size_t kSlab = std::size_t{1} << 24;  ///< samples
+
   /// @param slab samples that are computed at a time, in whole rows.
   SpecklessDepths(DepthSource& source, const View& view, std::size_t slab = kSlab);
 
   std::vector<float> rows(int first, int count);
 
  private:
-  static constexpr std::size_t kSlab = std::size_t{1} << 24;
-
   /// How far to each side of a sample its depth depends on others.
   int reach() const;
   void compute(int first, int count);
