@@ -127,7 +127,7 @@ std::vector<PictureSetting> camera_frame_settings() {
          .help = "The width of the lens, as a share of its distance to what is in focus. What lies "
                  "as far behind that as the picture is high is blurred to about this share of the "
                  "picture's height. 0 is sharp everywhere; otherwise a pixel has 16 times as many "
-                 "rays"},
+                 "rays, and a close-up takes minutes"},
         [](PictureOptions& p) -> ValuePlace { return &p.camera.aperture; }},
        true},
       {{{.name = "focus",
