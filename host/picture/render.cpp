@@ -35,7 +35,7 @@ using Eigen::Vector3d;
 
 constexpr int kHalo = 2;               ///< rows of samples that normals look beyond a strip
 constexpr int kStripSamples = 400000;  ///< keeps memory small and launches short
-constexpr int kFloorMap = 256;                       ///< texels a side at full fineness
+constexpr int kFloorMap = 256;         ///< texels a side at full fineness
 /// A picture as large as this has light maps and grids at full fineness; a smaller one has coarser
 /// ones, down to kLeastFineness.
 constexpr double kFullWidth = 1280, kFullHeight = 960, kLeastFineness = 0.2;
