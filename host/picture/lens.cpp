@@ -38,6 +38,7 @@ std::vector<View> lens_views(const View& view, double width, double focus, int c
     const Vector3d away =
         radius * (std::cos(golden_angle * i) * right + std::sin(golden_angle * i) * up);
     View through = view;
+    through.lens_eye = view.eye;
     through.eye += away;
     through.dir += spread(i, 1 / kPlastic) * view.dir_dx +
                    spread(i, 1 / (kPlastic * kPlastic)) * view.dir_dy - away * (reach / focus);

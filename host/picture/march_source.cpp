@@ -408,7 +408,9 @@ class MarchSource : public DepthSource {
     if (!interpolates() || !is_close_up(view, grid_.bounds().size())) {
       return wide_lattice(displacement);
     }
-    const bool serves = close_up_ && close_up_->eye == view.eye && close_up_->dir == view.dir &&
+    // Views through a lens follow the one from its middle, and look in about its direction.
+    const bool serves = close_up_ && close_up_->eye == view.lens_eye.value_or(view.eye) &&
+                        (view.lens_eye || close_up_->dir == view.dir) &&
                         close_up_->displacement == displacement;
     if (!serves) {
       close_up_.reset();

@@ -211,6 +211,9 @@ void PictureOptions::validate() const {
   if (camera.look_at) {
     for (const double c : *camera.look_at) base::expect_finite("look_at", c);
   }
+  if (camera.focus) {
+    for (const double c : *camera.focus) base::expect_finite("focus", c);
+  }
   if (camera.distance) base::expect_finite("distance", *camera.distance);
   for (const Cut& cut : cuts) {
     base::expect_finite("cut", cut.at);
@@ -664,8 +667,7 @@ std::vector<View> Studio::Impl::views_of(const Camera& camera) {
   const int samples = options.samples_per_axis;
   const View view = view_of(camera);
   if (camera.aperture == 0) return {view};
-  const Camera placed = in_scene(camera, to_scene);
-  const View pixels = camera_view(placed, framed, options.width, options.height, 1);
+  const View pixels = view.coarse();
   const double focus = camera.focus ? distance_along_axis(pixels, to_scene.to_map(*camera.focus))
                                     : distance_in_focus(pixels);
   if (!(focus > 0)) throw OptionError("focus", "it lies behind the camera");

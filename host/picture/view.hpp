@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "qjulia/picture.hpp"
@@ -23,6 +24,9 @@ struct View {
   double tolerance = 0;         ///< in depths
   int samples = 1;              ///< pixels on each side of a square that belong together
   bool coarse_will_do = false;  ///< depths may come from a grid that smooths fine detail
+  /// Where rays of a pin-hole in the middle of the lens start, for a view through another point of
+  /// it: what is looked up for those rays serves these, too.
+  std::optional<Eigen::Vector3d> lens_eye{};
 
   Eigen::Vector3d origin(double x, double y) const { return eye + x * eye_dx + y * eye_dy; }
   Eigen::Vector3d direction(double x, double y) const { return dir + x * dir_dx + y * dir_dy; }
