@@ -4,7 +4,9 @@
 #include <chrono>
 #include <condition_variable>
 #include <functional>
+#include <limits>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <thread>
 
@@ -18,23 +20,33 @@ class Deadline {
   Deadline(const std::stop_token& stop, double seconds)
       : forward_(stop, [this] { stop_.request_stop(); }) {
     constexpr double kNever = 1e9;
-    if (seconds < kNever)
-      timer_ = std::jthread([this, seconds](const auto& end) { wait(end, seconds); });
+    if (seconds >= kNever) return;
+    at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(Seconds(seconds));
+    timer_ = std::jthread([this](const std::stop_token& end) { wait(end); });
   }
   Deadline(const Deadline&) = delete;
   Deadline& operator=(const Deadline&) = delete;
 
   std::stop_token token() const { return stop_.get_token(); }
 
+  /// Seconds until time is up; negative afterwards.
+  double left() const {
+    return at_ ? Seconds(*at_ - Clock::now()).count() : std::numeric_limits<double>::infinity();
+  }
+
  private:
-  void wait(const std::stop_token& end, double seconds) {
+  using Clock = std::chrono::steady_clock;
+  using Seconds = std::chrono::duration<double>;
+
+  void wait(const std::stop_token& end) {
     std::mutex mutex;
     std::condition_variable_any ended;
     std::unique_lock lock(mutex);
-    ended.wait_for(lock, end, std::chrono::duration<double>(seconds), [] { return false; });
+    ended.wait_until(lock, end, *at_, [] { return false; });
     if (!end.stop_requested()) stop_.request_stop();
   }
 
+  std::optional<Clock::time_point> at_;
   std::stop_source stop_;
   std::stop_callback<std::function<void()>> forward_;
   std::jthread timer_;

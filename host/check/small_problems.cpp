@@ -7,7 +7,7 @@ namespace qjulia::check {
 using Eigen::Vector3d;
 
 profiling::Workload small_work() {
-  return profiling::make_workload({.samples = 300, .factors = 24});
+  return profiling::make_workload({.sample_points = 300, .factors = 24});
 }
 
 surface::Grid small_grid() {

@@ -262,7 +262,7 @@ class JobList {
     // 160 x 120 rays for the usual number of samples.
     constexpr double kUsualSamples = 125'000;
     const double scale =
-        std::min(1.0, std::sqrt(static_cast<double>(options_.samples) / kUsualSamples));
+        std::min(1.0, std::sqrt(static_cast<double>(options_.sample_points) / kUsualSamples));
     PictureOptions picture;
     picture.iterations = options_.iterations.value_or(kPictureIterations);
     picture.width = std::max(16, static_cast<int>(std::lround(160 * scale)));

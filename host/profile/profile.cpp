@@ -5,19 +5,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <functional>
 #include <limits>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
-#include <stop_token>
-#include <thread>
 #include <utility>
 
+#include "base/deadline.hpp"
 #include "base/median.hpp"
-#include "base/range_check.hpp"
 #include "profile/interval.hpp"
 #include "profile/jobs.hpp"
 #include "profile/kernel_counter.hpp"
@@ -27,6 +23,7 @@
 #include "profile/roof.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/profile_settings.hpp"
 
 namespace qjulia {
 
@@ -35,44 +32,12 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// Asks for a stop when the time is over, or when another stop is requested.
-class Deadline {
- public:
-  Deadline(double seconds, const std::stop_token& other) : follow_(other, [this] { end(); }) {
-    if (!std::isfinite(seconds)) return;
-    constexpr double kMost = 1e9;  // the clock counts nanoseconds in 64 bits
-    at_ = SteadyClock::now() + std::chrono::duration_cast<SteadyClock::duration>(
-                                   std::chrono::duration<double>(std::min(seconds, kMost)));
-    timer_ = std::jthread([this](const std::stop_token& done) {
-      std::unique_lock lock(mutex_);
-      wake_.wait_until(lock, done, *at_, [] { return false; });
-      if (!done.stop_requested()) end();
-    });
-  }
-
-  std::stop_token token() const { return source_.get_token(); }
-  double left() const {
-    if (!at_) return std::numeric_limits<double>::infinity();
-    return std::chrono::duration<double>(*at_ - SteadyClock::now()).count();
-  }
-
- private:
-  void end() { source_.request_stop(); }
-
-  std::stop_source source_;
-  std::stop_callback<std::function<void()>> follow_;
-  std::optional<SteadyClock::time_point> at_;
-  std::mutex mutex_;
-  std::condition_variable_any wake_;
-  std::jthread timer_;
-};
-
 /// Collects figures, one job after the other.
 class Bench {
  public:
   Bench(const Device& device, const ProfileOptions& options, ProfileReport& report,
         const Roofs& roofs, const WorkerClockPointer& clock, const ProgressMonitor& monitor,
-        const Deadline& deadline, WorkCounter* counter, KernelCounter* events)
+        const base::Deadline& deadline, WorkCounter* counter, KernelCounter* events)
       : device_(device),
         options_(options),
         report_(report),
@@ -267,7 +232,7 @@ class Bench {
   WorkerClockPointer clock_;
   WaitedShare waited_;
   const ProgressMonitor& monitor_;
-  const Deadline& deadline_;
+  const base::Deadline& deadline_;
   WorkCounter* counter_;   ///< null: single kernels are not asked for
   KernelCounter* events_;  ///< null: counters are not asked for
   std::function<Pace()> limit_now_;
@@ -298,16 +263,10 @@ std::optional<double> KernelFigures::processors() const {
 }
 
 void ProfileOptions::validate() const {
-  base::expect_between("samples", samples, 64, 100'000'000);
-  base::expect_between("factors", factors, 8, 20'000);
-  base::expect_between("repeats", repeats, 1, 1000);
+  expect_in_ranges(profile_settings(), *this);
   if (lane_width && *lane_width != 1 && *lane_width != 8 && *lane_width != 16) {
     throw OptionError("lane_width",
                       fmt::format("{} is out of range; give 1, 8 or 16", *lane_width));
-  }
-  if (iterations) base::expect_between("iterations", *iterations, 2, 16);
-  if (!(seconds > 0)) {
-    throw OptionError("seconds", fmt::format("{} is out of range; give more than 0", seconds));
   }
   if (map) map->validate();
   if (mesh) mesh->validate();
@@ -316,7 +275,8 @@ void ProfileOptions::validate() const {
 ProfileReport profile(const Device& chosen, const ProfileOptions& options,
                       const ProgressMonitor& monitor) {
   options.validate();
-  const Deadline deadline(options.seconds, monitor.stop);
+  constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+  const base::Deadline deadline(monitor.stop, options.time_limit.value_or(kNoLimit));
   const Device device = options.lane_width ? chosen.with_lane_width(*options.lane_width) : chosen;
   ProfileReport report;
   report.device = device.info();
@@ -324,7 +284,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   report.tuning = device.tuning(options.precision);
   report.is_tuned = device.is_tuned(options.precision);
   monitor.report({"profiling", 0, -1, "limits of the device"});
-  const int limit_repeats = std::isfinite(options.seconds) ? 1 : options.repeats;
+  const int limit_repeats = options.time_limit ? 1 : options.repeats;
   const WorkerClockPointer clock = worker_clock(device);
   const WaitedShare waited(clock);
   report.limits = measure_limits(device, options.precision, limit_repeats, clock);

@@ -45,7 +45,7 @@ ScalingPoint measure(const Device& device, const Workload& work, int iterations,
 void ScalingOptions::validate() const {
   ProfileOptions size;
   for (const std::size_t number : samples) {
-    size.samples = number;
+    size.sample_points = number;
     size.validate();
   }
   for (const std::size_t number : factors) {
@@ -86,7 +86,7 @@ ScalingReport measure_scaling(const Device& device, const ScalingOptions& option
     std::vector<ScalingPoint> points;
     for (const std::size_t samples : options.samples) {
       ProfileOptions size;
-      size.samples = samples;
+      size.sample_points = samples;
       size.seed = options.seed;
       for (const std::size_t factors : options.factors) {
         if (static_cast<double>(samples * factors) * cost::gradient(n) > options.most_slots)

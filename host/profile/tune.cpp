@@ -68,7 +68,7 @@ class Tuner {
         const ProgressMonitor& monitor)
       : clock_(clock), device_(device), options_(options), monitor_(monitor) {
     ProfileOptions quarter = options;
-    quarter.samples = std::max<std::size_t>(options.samples / 4, 64);
+    quarter.sample_points = std::max<std::uint64_t>(options.sample_points / 4, 64);
     works_ = {make_workload(options), make_workload(quarter)};
     report_.device = device.info();
     report_.precision = options.precision;

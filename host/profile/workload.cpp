@@ -80,12 +80,12 @@ Workload workload_of(const Map& map, const ProfileOptions& options) {
   Workload work;
   work.map = map;
   if (map.frame.box) work.box = map.frame.shape_to_map.to_map(*map.frame.box);
-  for (std::size_t i = 0; i < options.samples; ++i) {
+  for (std::size_t i = 0; i < options.sample_points; ++i) {
     Eigen::Vector3d x;
     for (int axis = 0; axis < 3; ++axis) {
       x[axis] = random.uniform(work.box.low[axis], work.box.high[axis]);
     }
-    work.samples.add(x, 1 / static_cast<double>(options.samples), 0, 0);
+    work.samples.add(x, 1 / static_cast<double>(options.sample_points), 0, 0);
   }
   return work;
 }
@@ -100,8 +100,8 @@ Workload make_workload(const ProfileOptions& options) {
     const double x = random.uniform(-reach, reach), y = random.uniform(-reach, reach);
     return Eigen::Vector3d(x, y, random.uniform(-reach, reach));
   };
-  for (std::size_t i = 0; i < options.samples; ++i) {
-    work.samples.add(point(1.5), 1 / static_cast<double>(options.samples), 0, 0);
+  for (std::size_t i = 0; i < options.sample_points; ++i) {
+    work.samples.add(point(1.5), 1 / static_cast<double>(options.sample_points), 0, 0);
   }
   constexpr double kRoots = 0.57;
   work.map.dynamics.log_scale = -0.1;

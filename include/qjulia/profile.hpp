@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -22,8 +21,8 @@ namespace qjulia {
 /// uniform in [−1, 1]³ and |exponent| in [0.01, 0.06], 57 % of them roots; no orbit ends early, no
 /// sample is saturated or skipped.
 struct ProfileOptions {
-  std::size_t samples = 125'000;
-  std::size_t factors = 331;
+  std::uint64_t sample_points = 125'000;
+  std::uint64_t factors = 331;
   int repeats = 5;  ///< timed runs of each kernel, after one that is not
   std::uint64_t seed = 1;
   Precision precision = Precision::single;
@@ -37,9 +36,9 @@ struct ProfileOptions {
   /// Names of jobs and kernels, with * and ?. Empty: with a map all, else the eight jobs that every
   /// profile has.
   std::vector<std::string> kernels{};
-  /// Wall time of the whole run. Jobs share what is left of it; one whose runs do not fit is left
-  /// out.
-  double seconds = std::numeric_limits<double>::infinity();
+  /// Wall seconds of the whole run. Jobs share what is left of them; one whose runs do not fit is
+  /// left out. None: no limit.
+  std::optional<double> time_limit{};
   /// Also rows of single kernels, what they need of the device and, on CPUs, the events of
   /// `kEventNames`: of one more run, in which launches wait for each other.
   bool counters = false;

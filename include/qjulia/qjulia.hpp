@@ -41,6 +41,7 @@
 #include "qjulia/portal_settings.hpp"
 #include "qjulia/print.hpp"
 #include "qjulia/print_settings.hpp"
+#include "qjulia/profile_settings.hpp"
 #include "qjulia/radial_spread.hpp"
 #include "qjulia/ranks.hpp"
 #include "qjulia/rotation.hpp"

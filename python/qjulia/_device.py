@@ -56,7 +56,7 @@ class Device:
         How kernels are cut into work-items: ``"cpu"``, ``"gpu"`` or ``"auto"``, which suits the
         device.
     tuned : bool, optional
-        Whether settings count that ``qjulia profile --tune`` has found for the device.
+        Whether settings count that ``qjulia profile tune`` has found for the device.
 
     Raises
     ------

@@ -883,7 +883,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     });
     survives("mesh_of", [&] { mesh_of({.samples = {n, n, n}, .values = {1, 2, 3}}); });
   }
-  refuses("profile", [&] { profile(on_device(), {.samples = 0}); });
+  refuses("profile", [&] { profile(on_device(), {.sample_points = 0}); });
   refuses("tune", [&] { tune(on_device(), {.factors = ~std::size_t{0}}); });
   refuses("measure_scaling", [&] { measure_scaling(on_device(), {.samples = {0}}); });
   refuses("measure_scaling", [&] { measure_scaling(on_device(), {.factors = {}}); });

@@ -26,7 +26,7 @@ namespace {
 
 ProfileOptions small() {
   ProfileOptions options;
-  options.samples = 3000;
+  options.sample_points = 3000;
   options.factors = 40;
   options.repeats = 2;
   return options;
@@ -107,7 +107,7 @@ TEST_CASE("CPU seconds are those of the threads that run kernels, and not of oth
   const profiling::WorkerClockPointer clock = profiling::worker_clock(device);
   REQUIRE(clock);
   ProfileOptions options;
-  options.samples = 20'000;
+  options.sample_points = 20'000;
   const profiling::Workload work = profiling::make_workload(options);
   profiling::TuneBench bench(device, work, Precision::single);
   bench.run(profiling::TuneJob::orbit_energy);
@@ -240,7 +240,7 @@ TEST_CASE("kernels of a preconditioner are counted by what their blocks take") {
   // Two blocks of 100 factors, padded to 112: 560 columns; samples in whole chunks.
   constexpr double kBlocks = 2, kColumns = 560;
   const double chunk = device.tuning(Precision::single).panel_samples;
-  const double samples = std::ceil(static_cast<double>(options.samples) / chunk) * chunk;
+  const double samples = std::ceil(static_cast<double>(options.sample_points) / chunk) * chunk;
   CHECK(slots("coarse_panels") == kBlocks * samples * kColumns);
 }
 
@@ -248,7 +248,7 @@ TEST_CASE("events are those of the threads that run kernels") {
   const Device device = Device::choose();
   if (device.info().kind != DeviceKind::cpu) return;
   ProfileOptions options;
-  options.samples = 20'000;
+  options.sample_points = 20'000;
   const profiling::Workload work = profiling::make_workload(options);
   profiling::TuneBench bench(device, work, Precision::single);
   bench.run(profiling::TuneJob::energy);

@@ -19,7 +19,7 @@ namespace {
 
 profiling::Workload small_work() {
   ProfileOptions options;
-  options.samples = 20'000;
+  options.sample_points = 20'000;
   options.factors = 40;
   return profiling::make_workload(options);
 }

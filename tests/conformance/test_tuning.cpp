@@ -27,7 +27,7 @@ constexpr std::array kJobs{profiling::TuneJob::energy, profiling::TuneJob::gradi
 
 ProfileOptions tiny_workload() {
   ProfileOptions options;
-  options.samples = 3000;
+  options.sample_points = 3000;
   options.factors = 40;
   options.repeats = 1;
   return options;
@@ -92,7 +92,7 @@ namespace {
 TuneReport tuned_by(const Device& device, const std::function<double(const Tuning&)>& factor,
                     int repeats = 5, const std::vector<std::string>& disturbances = {}) {
   ProfileOptions options = tiny_workload();
-  options.samples = 256;
+  options.sample_points = 256;
   options.factors = 8;
   options.repeats = repeats;
   std::mt19937_64 random(1);

@@ -39,8 +39,8 @@ if command == "compare":
     put("--size", "64x48")
 if command == "shape":
     put("--resolution", "64", True)
-if command == "profile" and "compare" not in arguments:
-    arguments.extend(["--samples", "2000", "--factors", "32"])
+if command == "profile" and arguments[1] in ("measure", "against", "tune", "grid"):
+    arguments.extend(["--sample-points", "2000", "--factors", "32"])
 os.execv({program!r}, ["qjulia", *arguments])
 '''
 

@@ -46,14 +46,14 @@ name = "b"
         Command("surface", ["surface", "map.json", "-o", "a.ply", "--resolution", "128"], of_map),
         Command("render", ["render", "map.json", "-o", "a.png", "--size", "96x72", "--preview"],
                 of_map, leaves={"a.preview.png"}),
-        Command("batch", ["batch", "m.toml", "-o", "out"], {"ball.obj": BALL, "m.toml": manifest},
+        Command("batch", ["batch", "run", "m.toml", "-o", "out"], {"ball.obj": BALL, "m.toml": manifest},
                 repeat=["--resume"]),
         Command("sample", ["sample", "map.json", "-o", "a.npy", "--resolution", "128"], of_map),
         Command("compare", ["compare", "map.json", "ball.obj", "--resolution", "64", "--trace",
                             "a.trace.json"], both),
         Command("shape", ["shape", "ball.obj", "-o", "a.json", "--resolution", "384"],
                 {"ball.obj": BALL}),
-        Command("profile", ["profile", "--samples", "5000", "--factors", "16", "--repeats", "2",
+        Command("profile", ["profile", "measure", "--sample-points", "5000", "--factors", "16", "--repeats", "2",
                             "--plot", "a.png"], {}, varies={"a.png"}),
     ]
     for command in commands:

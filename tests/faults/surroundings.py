@@ -140,7 +140,7 @@ def pipes(bench):
     os.mkfifo(folder / "pipe.obj")
     for what, arguments in (
             ("a map that nobody writes", ["info", "pipe.json"]),
-            ("a manifest that nobody writes", ["batch", "pipe.toml", "-o", "out"]),
+            ("a manifest that nobody writes", ["batch", "run", "pipe.toml", "-o", "out"]),
             ("a mesh that nobody writes", ["info", "pipe.obj"]),
             ("a map that nobody reads", [*FIT[:3], "pipe.json", *FIT[4:]]),
             ("a surface that nobody reads", ["surface", "map.json", "-o", "pipe.obj"])):

@@ -127,7 +127,8 @@ def unknown_options(name, text, known):
         for line in block.replace("\\\n", " ").split("\n"):
             # From the command to the end of what it is given.
             for call in re.findall(r"(?:^|[\s/])qjulia ((?:[a-z]+)[^;&|#]*)", line):
-                command = call.split()[0]
+                words = call.split()
+                command = next((name for name in (" ".join(words[:2]), words[0]) if name in known), "")
                 for option in OPTION.findall(call):
                     if command in known and option not in known[command]:
                         yield f"{name}: 'qjulia {command}' has no {option}"
@@ -152,6 +153,8 @@ def options_of(reference):
         title = section.split("\n")[0]
         if title.startswith("qjulia "):
             known[title.removeprefix("qjulia ")] = set(OPTION.findall(section))
+    for group, usual in re.findall(r"'qjulia (\w+)' is 'qjulia (\w+ \w+)'", reference):
+        known[group] |= known[usual]
     return known
 
 

@@ -53,8 +53,15 @@ in_bash bunny.obj,bunny.ply qjulia compare bunny.qjulia.json bu
 in_bash bunny.obj,bunny.ply qjulia compare --box 0 0 0 1 1 1 bunny.qjulia.json bu
 in_bash bunny.obj,bunny.ply qjulia fit --factors 100 -o x.json bu
 in_bash bunny.qjulia.json qjulia fit -o bu
-in_bash list.toml,shapes qjulia batch ''
-in_bash shapes qjulia batch --status ''
+in_bash check,run,status qjulia batch ''
+in_bash list.toml,shapes qjulia batch run ''
+in_bash measure qjulia profile mea
+in_bash --sample-points qjulia profile tune --sam
+in_bash --programs qjulia doctor --pro
+in_bash --programs qjulia doctor check --pro
+in_bash '' qjulia doctor --programs ''
+in_bash compare qjulia help profile com
+in_bash shapes qjulia batch status ''
 in_bash fast,list.toml,paper,shapes,tight qjulia fit --schedule ''
 in_bash '' qjulia render --size ''
 in_bash render qjulia help ren
@@ -65,6 +72,11 @@ in_fish clay,factor,groove,height,iterations,trap 'qjulia render --material '
 in_fish 'bunny.obj,bunny.ply,shapes/,two words.obj' 'qjulia fit '
 in_fish bunny.qjulia.json 'qjulia surface bu'
 in_fish bunny.qjulia.json 'qjulia fit -o bu'
-in_fish shapes/ 'qjulia batch --status '
+in_fish check,run,status 'qjulia batch '
+in_fish shapes/ 'qjulia batch status '
+in_fish list.toml,shapes/ 'qjulia batch run '
+in_fish --sample-points 'qjulia profile tune --sam'
+in_fish --programs 'qjulia doctor --pro'
+in_fish compare 'qjulia help profile com'
 in_fish render 'qjulia help ren'
 ((failed == 0)) && echo "every shell offers what it should"

@@ -55,13 +55,22 @@ def main(command, folder):
     assert code == 0 and len(names) >= 16, help_text
     problems = problems_of(folder / "qjulia.1", ["-h", "--help", "--version"])
     checked = 0
+    for group in names[:]:
+        code, help_text, _ = output(command, group, "--help")
+        _, _, members = help_text.partition("Subcommands:")
+        names += [f"{group} {name}" for name in re.findall(r"^  ([a-z]+) {2,}", members, re.MULTILINE)]
+    groups = {name.split()[0] for name in names if " " in name}
+    assert len(groups) >= 3, names
     for name in names:
-        options = options_in_help(command, name, "--help-all")
+        if name in groups:
+            problems += problems_of(folder / f"qjulia-{name}.1", ["-h", "--help", "--help-all"])
+            continue
+        options = options_in_help(command, *name.split(), "--help-all")
         assert len(options) >= 5, f"{name}: {options}"
         checked += len(options)
-        problems += problems_of(folder / f"qjulia-{name}.1", options)
+        problems += problems_of(folder / f"qjulia-{name.replace(' ', '-')}.1", options)
     pages = {page.name for page in folder.glob("*.1")}
-    problems += [f"{name}: a page of no command" for name in pages - {"qjulia.1"} - {f"qjulia-{n}.1" for n in names}]
+    problems += [f"{name}: a page of no command" for name in pages - {"qjulia.1"} - {f"qjulia-{n.replace(' ', '-')}.1" for n in names}]
     print("\n".join(problems) or f"{len(pages)} pages, {checked} options, nothing wrong")
     return 1 if problems else 0
 

@@ -202,9 +202,25 @@ UNSEEN = {
     "info --verbose": "text alone has more to say, and all runs are for --json",
     "devices --verbose": "text alone has more to say, and all runs are for --json",
     "doctor --verbose": "it says all that it does",
-    "profile --verbose": "its tables say all of kernels",
-    "profile --seconds": "there is time for all",
-    "profile --factors": "what --grid and --against say does not have it",
+    "profile measure --time-limit": "there is time for all",
+    "profile measure --factors": "the map's are measured",
+    "profile measure --seed": "times do not depend on it",
+    "profile grid --seed": "its report does not have it",
+    "profile grid --factors": "its report does not have it",
+    "profile tune --seed": "its report does not have it",
+    "profile tune --factors": "its report does not have it",
+    "profile tune --sample-points": "its report has half of them",
+    "profile tune --repeats": "its report does not have it",
+    "profile against --across-drivers": "both builds use one driver here",
+    "profile against --across-devices": "both builds use one device here",
+    "profile against --seed": "times do not depend on it",
+    "profile against --lane-width": "its report does not have it",
+    "profile against --iterations": "its kernels have one n",
+    "profile against --factors": "its report does not have it",
+    "profile against --sample-points": "its report does not have it",
+    "profile against --repeats": "its report does not have it",
+    "profile against --precision": "its report does not have it",
+    "profile --verbose": "their tables say all of kernels",
     "batch --verbose": "a batch says more of entries that begin, and none does",
     "explore --verbose": "it has more to say as it ends",
 }
@@ -240,20 +256,23 @@ def holds(key):
 
 
 SMALL_FIT = {"--max-evaluations": "2", "--schedule": "fast"}
-KERNELS = {"--samples": "500", "--repeats": "2", "--kernels": "energy"}
+KERNELS = {"--sample-points": "500", "--repeats": "2", "--kernels": "energy"}
 
 # Each run but the first of a command is quiet. What a command reads is made by those before it.
 RUNS = {
     "devices": [Run("", {}), Run("", {})],
-    "doctor": [
+    "doctor check": [
         Run("", {"--programs": "reduce.cl", "--junit": "doctor.xml"},
             {"--programs": lambda done, value: {check["program"] for check in done.json["programs"]} == {value},
              "--junit": lambda done, value: len(list(ElementTree.parse(done.path(value)).iter("testcase"))) == len(
                  done.json["programs"])}, keep="doctor.json"),
-        Run("", {"--programs": "reduce.cl", "--matrix": None},
-            {"--matrix": lambda done, value: len(done.json["settings"]) > 5}),
-        Run("compare doctor.json doctor.json", {}),
     ],
+    "doctor matrix": [
+        Run("", {"--programs": "reduce.cl", "--junit": "matrix.xml"},
+            {"--programs": lambda done, value: len(done.json["settings"][0]["report"]["programs"]) == 2,
+             "--junit": lambda done, value: len(list(ElementTree.parse(done.path(value)).iter("testsuite"))) > 5}),
+    ],
+    "doctor compare": [Run("doctor.json doctor.json", {})],
     "fit": [
         Run("MESH", {"--output": "f.qjulia.json", "--report": "report"}, {"--report": makes("report/report.html")},
             all_settings_but="--max-factors"),
@@ -352,20 +371,19 @@ RUNS = {
         Run("MESH", {"--output": "x.qjulia.json", "--factors": "9", "--time-limit": "2"}),
     ],
     # An entry of the manifest fails.
-    "batch": [
+    "batch run": [
         Run("m.toml", {"--output": "batch", "--jobs": "2"},
             {"--jobs": lambda done, value: done.err.count("device: ") == 2}, codes=(1,)),
         Run("m.toml", {"--output": "batch", "--resume": None, "--retry-failed": None},
             {"--resume": lambda done, value: is_older(done, "batch/all.status.json"),
              "--retry-failed": lambda done, value: not is_older(done, "batch/broken.status.json")}, codes=(1,)),
-        Run("m.toml", {"--check": None}, {"--check": count_of("fits", 3)}),
-        Run("", {"--status": "batch"},
-            {"--status": lambda done, value: [entry["state"] for entry in done.json["entries"]] == [
-                "done", "done", "failed"]}, codes=(1,)),
     ],
-    "profile": [
-        Run("f.qjulia.json MESH", {**KERNELS, "--width": "8", "--iterations": "2", "--precision": "double",
-                                   "--seconds": "60", "--counters": None,
+    "batch status": [Run("batch", {}, {"--json": lambda done, value: [entry["state"] for entry in done.json[
+        "entries"]] == ["done", "done", "failed"]}, codes=(1,))],
+    "batch check": [Run("m.toml", {}, {"--json": count_of("fits", 3)})],
+    "profile measure": [
+        Run("f.qjulia.json MESH", {**KERNELS, "--lane-width": "8", "--iterations": "2", "--precision": "double",
+                                   "--time-limit": "60", "--counters": None,
                                    "--csv": "p.csv", "--plot": "p.png"},
             {"--repeats": lambda done, value: len(next(values_of("runs", done.json))["seconds"]) == 2,
              "--kernels": lambda done, value: {row["kernel"] for row in done.json["kernels"]} == {"energy"},
@@ -373,25 +391,44 @@ RUNS = {
                                                 or "not counted: " in done.err),
              "--csv": makes("p.csv"), "--plot": makes("p.png")}, keep="p.json"),
         # One kernel is a billion times slower than the baseline's; the other is as fast, but for other programs' load.
-        Run("f.qjulia.json MESH", {**KERNELS, "--precision": "double", "--width": "8", "--iterations": "2",
+        Run("f.qjulia.json MESH", {**KERNELS, "--precision": "double", "--lane-width": "8", "--iterations": "2",
                                    "--baseline": "fast.json", "--tolerance": "1e4"},
             {"--baseline": lambda done, value: "slower: energy, n = 1" in done.err,
              "--tolerance": lambda done, value: "slower: energy, n = 2" not in done.err}, codes=(1,)),
-        Run("", {"--samples": "500", "--repeats": "2", "--factors": "16", "--grid": "panel_block=32"},
-            {"--grid": lambda done, value: done.json["times"][0]["tuning"]["panel_block"] == 32}),
-        Run("", {"--export": "settings.json"}, {"--export": makes("settings.json")}),
-        Run("", {"--import": "settings.json"}, {"--import": lambda done, value: done.json["file"]}),
-        *(Run("compare p.json newer_driver.json", {"--confidence": "0.6", across: None},
+    ],
+    "profile compare": [
+        *(Run("p.json newer_driver.json", {"--confidence": "0.6", across: None},
               {across: lambda done, value: done.json["between"] == "drivers"}, codes=(0, 4))
           for across in ("--across-drivers", "--across-devices")),
-        # Which build is the faster may be undecided, or wrong on a busy machine.
-        Run("", {**KERNELS, "--factors": "16", "--seconds": "1", "--against": "QJULIA"},
-            {"--against": lambda done, value: done.json["rounds"] > 0}, codes=(0, 1, 4)),
-        Run("", {"--scaling": None}, {"--scaling": lambda done, value: done.json["laws"]}, slow=True),
-        Run("", {"--tune": None, "--samples": "500", "--repeats": "1", "--factors": "16"},
-            {"--tune": lambda done, value: done.json["trials"]}, slow=True),
     ],
+    "profile against": [
+        # Which build is the faster may be undecided, or wrong on a busy machine.
+        *(Run("QJULIA f.qjulia.json MESH", {**KERNELS, "--time-limit": "1", "--confidence": "0.6", across: None},
+              {"--kernels": lambda done, value: {row["kernel"] for row in done.json["kernels"]} == {"energy"},
+               "--time-limit": lambda done, value: done.json["rounds"] > 0},
+              codes=(0, 1, 4))
+          for across in ("--across-drivers", "--across-devices")),
+    ],
+    "profile scaling": [
+        Run("", {"--csv": "s.csv", "--precision": "single"}, {"--csv": makes("s.csv")}, slow=True)],
+    "profile tune": [
+        Run("f.qjulia.json MESH", {"--repeats": "1"}, {"--repeats": lambda done, value: done.json["trials"]}, slow=True),
+    ],
+    "profile grid": [
+        Run("panel_block=32", {"--sample-points": "500", "--map": "f.qjulia.json", "--mesh": "MESH", "--csv": "g.csv",
+                               "--precision": "single"},
+            {"--csv": makes("g.csv"),
+             "--map": lambda done, value: done.json["times"][0]["tuning"]["panel_block"] == 32,
+             "--mesh": lambda done, value: done.json["times"],
+             "--sample-points": lambda done, value: done.json["times"][0]["samples"] == 500}),
+    ],
+    "profile export": [Run("settings.json", {}, {"--json": makes("settings.json")})],
+    "profile import": [Run("settings.json", {}, {"--json": lambda done, value: done.json["file"]})],
 }
+
+for each in RUNS.values():
+    if len(each) == 1:
+        each.append(each[0])  # once more, quiet
 
 
 def is_older(done, name):
@@ -459,7 +496,7 @@ class Bench:
         # may be 10 ms ago.
         time.sleep(0.03)
         began = time.time() - 0.015
-        done = subprocess.run([self.program, name, *words, "--json"], capture_output=True, text=True,
+        done = subprocess.run([self.program, *name.split(), *words, "--json"], capture_output=True, text=True,
                               cwd=self.folder, env=self.environment)
         what = f"'{name} {' '.join(words)}' ended with {done.returncode}:\n{done.stderr}"
         check(done.returncode in run.codes, what)
@@ -500,7 +537,8 @@ class Bench:
                 done.json["device"]["driver"] += " and later"
                 (self.folder / "newer_driver.json").write_text(json.dumps(done.json))
             for option, value in options.items():
-                if option in shown or option in UNSEEN or f"{command} {option}" in UNSEEN:
+                group = command.split()[0]
+                if option in shown or {option, f"{command} {option}", f"{group} {option}"} & set(UNSEEN):
                     continue
                 shown.add(option)
                 check(self.is_shown(command, option, value, done),
@@ -660,7 +698,7 @@ class Bench:
         text = "".join(f"[[fit]]\n{toml_of(table, self.mesh)}" for table in (self.first_fit(), SECOND_FIT, third))
         (self.folder / "m.toml").write_text(text)
         (self.folder / "x.toml").write_text('[[fit]]\nmesh = "broken.obj"\nzzz = 1\n')
-        said = subprocess.run([self.program, "batch", self.folder / "x.toml", "--check"], capture_output=True, text=True)
+        said = subprocess.run([self.program, "batch", "check", self.folder / "x.toml"], capture_output=True, text=True)
         names = re.search("the options of a fit are: (.+)", said.stderr).group(1).split(", ")
         expect_same("a manifest", names, {**self.first_fit(), **SECOND_FIT})
 
@@ -757,6 +795,7 @@ def expect_all_given(bench):
         arguments = bench.names(command, positional=True)
         check(len(arguments) == most, f"'{command}' takes {arguments}, and this test gives {most} of them")
     everywhere = {f"{command} {name}" for command in bench.commands for name in bench.names(command)}
+    everywhere |= {f"{command.split()[0]} {name}" for command in bench.commands for name in bench.names(command)}
     stale = [name for name in UNSEEN if not any(option.endswith(name) for option in everywhere)]
     check(not stale, f"this test says of {stale} why they do not show, and no command has them")
 
@@ -768,7 +807,7 @@ def main():
     bench.write_inputs()
     for command in bench.commands:
         for help_option in ("--help", "--help-all"):
-            shown = subprocess.run([bench.program, command, help_option], capture_output=True, text=True)
+            shown = subprocess.run([bench.program, *command.split(), help_option], capture_output=True, text=True)
             check(shown.returncode == 0 and "--json" in shown.stdout, f"'{command} {help_option}' shows no help")
         bench.run_explore() if command == "explore" else bench.run(command)
     bench.check_batch()

@@ -275,9 +275,9 @@ TEST_CASE("options that would do nothing are refused") {
   const std::string mesh =
       folder.file("sphere.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
   check_refused(folder, {"info", mesh, "--nozzle", "0.6"}, "--printable");
-  check_refused(folder, {"profile", "--tolerance", "0.1"}, "--baseline");
-  for (const char* option : {"--samples", "--factors", "--repeats"}) {
-    check_refused(folder, {"profile", "--scaling", option, "100"}, option);
+  check_refused(folder, {"profile", "measure", "--tolerance", "0.1"}, "--baseline");
+  for (const char* option : {"--sample-points", "--factors", "--repeats"}) {
+    check_refused(folder, {"profile", "scaling", option, "100"}, option);
   }
   const std::string map = folder.file("map.qjulia.json", good_map().dump());
   for (const char* option : {"--azimuth", "--zoom"}) {

@@ -43,7 +43,8 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   const std::string out = folder / "out";
-  const ProcessResult killed = run_command({"batch", manifest, "-o", out}, {.kill_at = "[2/6]"});
+  const ProcessResult killed =
+      run_command({"batch", "run", manifest, "-o", out}, {.kill_at = "[2/6]"});
   CHECK(killed.exit_code == 128 + SIGKILL);
   const std::size_t done = statuses_done(out);
   CHECK(done >= 1);
@@ -56,7 +57,7 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
     times[name] = std::filesystem::last_write_time(out + "/" + name + ".qjulia.json");
   }
 
-  const ProcessResult resumed = run_command({"batch", manifest, "-o", out, "--resume"});
+  const ProcessResult resumed = run_command({"batch", "run", manifest, "-o", out, "--resume"});
   CAPTURE(resumed.err);
   CHECK(resumed.exit_code == 1);
   CHECK_THAT(resumed.err, ContainsSubstring("empty.obj"));
@@ -68,7 +69,7 @@ TEST_CASE("a batch that is killed is resumed without touching what was done") {
     const std::string name = file.path().filename().string();
     CHECK_FALSE(name.ends_with(".tmp"));
   }
-  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", out, "--resume"}).exit_code == 1);
 }
 
 TEST_CASE("an entry that was killed goes on from its checkpoint, to the same bytes") {
@@ -78,31 +79,32 @@ TEST_CASE("an entry that was killed goes on from its checkpoint, to the same byt
       "m.toml", "[defaults]\nfactors = 24\nmax_evaluations = 3000\n[[fit]]\nmesh = \"ball.obj\"\n");
   const std::string unbroken = folder / "unbroken";
   const std::string out = folder / "out";
-  REQUIRE(run_command({"batch", manifest, "-o", unbroken}).exit_code == 0);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", unbroken}).exit_code == 0);
   CHECK_FALSE(std::filesystem::exists(unbroken + "/ball.checkpoint"));
 
   RunOptions options;
   options.kill_once = out + "/ball.checkpoint";
-  REQUIRE(run_command({"batch", manifest, "-o", out}, options).exit_code == 128 + SIGKILL);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", out}, options).exit_code == 128 + SIGKILL);
   REQUIRE(std::filesystem::exists(options.kill_once));
   CHECK_FALSE(std::filesystem::exists(out + "/ball.qjulia.json"));
-  REQUIRE(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 0);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", out, "--resume"}).exit_code == 0);
   CHECK(map_bytes(out, "ball") == map_bytes(unbroken, "ball"));
   CHECK_FALSE(std::filesystem::exists(options.kill_once));
 
   // One that is spoilt is left aside: the entry is fitted afresh.
   std::filesystem::remove_all(out);
-  REQUIRE(run_command({"batch", manifest, "-o", out}, options).exit_code == 128 + SIGKILL);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", out}, options).exit_code == 128 + SIGKILL);
   folder.file("out/ball.checkpoint", "spoilt");
-  REQUIRE(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 0);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", out, "--resume"}).exit_code == 0);
   CHECK(map_bytes(out, "ball") == map_bytes(unbroken, "ball"));
 }
 
 TEST_CASE("side by side gives the same bytes as one after another") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder, "surface = true\nsurface_resolution = 24\n");
-  CHECK(run_command({"batch", manifest, "-o", folder / "one"}).exit_code == 1);
-  CHECK(run_command({"batch", manifest, "-o", folder / "two", "--jobs", "auto"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", folder / "one"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", folder / "two", "--jobs", "auto"}).exit_code ==
+        1);
   check_five_and_one(folder / "two");
   for (const std::string& name : kGoodFits) {
     CHECK_FALSE(map_bytes(folder / "one", name).empty());
@@ -116,7 +118,7 @@ TEST_CASE("the maps of a batch are those of single fits") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder, "up = \"-y\"\n");
   const std::string map = folder / "box.qjulia.json";
-  CHECK(run_command({"batch", manifest, "-o", folder / "out"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", folder / "out"}).exit_code == 1);
   CHECK(run_command(
             {"fit", folder / "box.obj", "-o", map, "--factors", "24", "--max-evaluations", "40"})
             .exit_code == 0);
@@ -132,15 +134,15 @@ TEST_CASE("an interrupted batch says so and can be resumed") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   const ProcessResult stopped =
-      run_command({"batch", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
+      run_command({"batch", "run", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
   CHECK(stopped.exit_code == 130);
   CHECK(statuses_done(folder / "out") < 5);
-  CHECK(run_command({"batch", manifest, "-o", folder / "out", "--resume"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", folder / "out", "--resume"}).exit_code == 1);
   check_five_and_one(folder / "out");
 
   // The same where all is done again.
   const ProcessResult again =
-      run_command({"batch", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
+      run_command({"batch", "run", manifest, "-o", folder / "out"}, {.interrupt_at = "[1/6]"});
   CHECK(again.exit_code == 130);
   CHECK_THAT(again.out + again.err, ContainsSubstring("from an earlier run and not redone"));
   CHECK(statuses_done(folder / "out") >= 3);
@@ -152,11 +154,11 @@ TEST_CASE("names that are not UTF-8 are written out, and such entries are done o
   const std::string manifest = folder.file(
       "m.toml", "[defaults]\nfactors = 24\nmax_evaluations = 40\n[[fit]]\nmesh = \"*.obj\"\n");
   const std::string out = folder / "out";
-  CHECK(run_command({"batch", manifest, "-o", out}).exit_code == 0);
+  CHECK(run_command({"batch", "run", manifest, "-o", out}).exit_code == 0);
   const auto map = std::filesystem::path(out) / "h\\xFF.qjulia.json";
   REQUIRE(std::filesystem::exists(map));
   const auto made = std::filesystem::last_write_time(map);
-  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 0);
+  CHECK(run_command({"batch", "run", manifest, "-o", out, "--resume"}).exit_code == 0);
   CHECK(std::filesystem::last_write_time(map) == made);
 }
 
@@ -170,7 +172,7 @@ TEST_CASE("a folder in use is refused, and the message says by whom") {
     return qjulia::test::run(
         {"/usr/bin/flock", out + "/.lock", "/bin/bash", "-c",
          "echo '{\"host\": \"h\", \"process\": 7, \"since\": \"now\"}' > \"$1\"/.lock; "
-         "\"$0\" batch \"$2\" -o \"$1\" " +
+         "\"$0\" batch run \"$2\" -o \"$1\" " +
              more,
          QJULIA_COMMAND, out, manifest});
   };
@@ -190,35 +192,35 @@ TEST_CASE("a mesh that vanishes fails its own entry") {
               "\"ball.obj\"\n[[fit]]\nmesh = \"box.obj\"\n[[fit]]\nmesh = \"torus.obj\"\n");
   const std::string out = folder / "out";
   const ProcessResult first =
-      run_command({"batch", manifest, "-o", out}, {.interrupt_at = "[1/3]"});
+      run_command({"batch", "run", manifest, "-o", out}, {.interrupt_at = "[1/3]"});
   CHECK(first.exit_code == 130);
-  CHECK(run_command({"batch", "--status", out}).exit_code == 1);
+  CHECK(run_command({"batch", "status", out}).exit_code == 1);
   std::filesystem::remove(folder / "ball.obj");   // done
   std::filesystem::remove(folder / "torus.obj");  // not done
-  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", out, "--resume"}).exit_code == 1);
   const json all = read_summary(out);
   CHECK(all["entries"][0]["state"] == "done");
   CHECK(all["entries"][1]["state"] == "done");
   CHECK(all["entries"][2]["state"] == "failed");
   CHECK_THAT(all["entries"][2]["error"].get<std::string>(), ContainsSubstring("torus.obj"));
-  const ProcessResult status = run_command({"batch", "--status", out});
+  const ProcessResult status = run_command({"batch", "status", out});
   CHECK(status.exit_code == 1);
   CHECK_THAT(status.out, ContainsSubstring("2 of 3 done, 1 failed"));
-  CHECK(run_command({"batch", manifest, "-o", folder / "new"}).exit_code == 2);
+  CHECK(run_command({"batch", "run", manifest, "-o", folder / "new"}).exit_code == 2);
 }
 
 TEST_CASE("checks, status and refusals") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
   const std::string out = folder / "out";
-  const ProcessResult checked = run_command({"batch", manifest, "--check"});
+  const ProcessResult checked = run_command({"batch", "check", manifest});
   CHECK(checked.exit_code == 0);
   CHECK_THAT(checked.out, ContainsSubstring("6 fits"));
 
   const std::string bad = folder.file(
       "bad.toml",
       "[[fit]]\nmesh = \"box.obj\"\nfactorz = 3\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 1\n");
-  const ProcessResult refused = run_command({"batch", bad, "-o", out});
+  const ProcessResult refused = run_command({"batch", "run", bad, "-o", out});
   CHECK(refused.exit_code == 2);
   CHECK_THAT(refused.err, ContainsSubstring("bad.toml:3: 'factorz' is not known") &&
                               ContainsSubstring("max_evaluations"));
@@ -229,7 +231,7 @@ TEST_CASE("checks, status and refusals") {
       "[defaults]\nmax_factors = true\npolish = 3\nschedule = \"\"\nfactors = [24, 48]\n"
       "[[fit]]\nmesh = \"box.obj\"\n");
   CHECK_THAT(
-      run_command({"batch", kinds, "--check"}).err,
+      run_command({"batch", "check", kinds}).err,
       ContainsSubstring("kinds.toml:2: 'max_factors' must be a number or a string, not true") &&
           ContainsSubstring("kinds.toml:3: 'polish' must be true or false") &&
           ContainsSubstring("kinds.toml:4: 'schedule' is empty") &&
@@ -238,31 +240,23 @@ TEST_CASE("checks, status and refusals") {
       folder.file("both.toml",
                   "[defaults]\nmax_factors = 30\n[[fit]]\nmesh = \"box.obj\"\nfactors = \"auto\"\n"
                   "[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\n");
-  const ProcessResult bounded = run_command({"batch", both, "--check"});
+  const ProcessResult bounded = run_command({"batch", "check", both});
   CHECK_THAT(bounded.err, ContainsSubstring("both.toml:6: max_factors: it bounds the number") &&
                               !ContainsSubstring("both.toml:3"));
 
-  const ProcessResult mixed = run_command(
-      {"batch", manifest, "-o", out, "--jobs", "2", "--device", "cpu", "--status", out});
-  CHECK(mixed.exit_code == 2);
-  CHECK_THAT(mixed.err, ContainsSubstring("leave out MANIFEST, --output, --jobs, --device"));
-  CHECK(run_command({"batch", "--check", "--status", out}).exit_code == 2);
-  const ProcessResult trusting =
-      run_command({"batch", "--status", out, "--layout", "cpu", "--trust-device"});
-  CHECK(trusting.exit_code == 2);
-  CHECK_THAT(trusting.err, ContainsSubstring("leave out --layout, --trust-device"));
-  CHECK_THAT(run_command({"batch", manifest, "--check", "--retry-failed"}).err,
-             ContainsSubstring("--retry-failed needs --resume"));
+  CHECK(run_command({"batch", "status", out, "--jobs", "2"}).exit_code == 2);
+  CHECK_THAT(run_command({"batch", "run", manifest, "-o", out, "--retry-failed"}).err,
+             ContainsSubstring("--retry-failed requires --resume"));
 
-  CHECK(run_command({"batch", manifest}).exit_code == 2);
+  CHECK(run_command({"batch", "run", manifest}).exit_code == 2);
   CHECK(run_command({"batch"}).exit_code == 2);
-  CHECK(run_command({"batch", folder / "absent.toml", "-o", out}).exit_code == 2);
-  CHECK(run_command({"batch", "--status", folder / "absent"}).exit_code == 2);
-  CHECK(run_command({"batch", manifest, "-o", out, "--retry-failed"}).exit_code == 2);
-  CHECK(run_command({"batch", manifest, "-o", out, "--device", "none such"}).exit_code == 3);
-  CHECK(run_command({"batch", manifest, "-o", manifest}).exit_code == 1);
+  CHECK(run_command({"batch", "run", folder / "absent.toml", "-o", out}).exit_code == 2);
+  CHECK(run_command({"batch", "status", folder / "absent"}).exit_code == 2);
+  CHECK(run_command({"batch", "run", manifest, "-o", out, "--retry-failed"}).exit_code == 2);
+  CHECK(run_command({"batch", "run", manifest, "-o", out, "--device", "none such"}).exit_code == 3);
+  CHECK(run_command({"batch", "run", manifest, "-o", manifest}).exit_code == 1);
   std::filesystem::create_symlink("loop", folder / "loop");
-  CHECK_THAT(run_command({"batch", manifest, "-o", folder / "loop"}).err,
+  CHECK_THAT(run_command({"batch", "run", manifest, "-o", folder / "loop"}).err,
              ContainsSubstring("cannot make the folder"));
 
   const std::string one = folder.file(
@@ -271,7 +265,7 @@ TEST_CASE("checks, status and refusals") {
       "true\npicture_size "
       "= [64, 48]\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
       "true\npicture_size = [64, 48]\nreport = true\n");
-  const ProcessResult done = run_command({"batch", one, "-o", out, "--json", "--quiet"});
+  const ProcessResult done = run_command({"batch", "run", one, "-o", out, "--json", "--quiet"});
   CHECK(done.exit_code == 0);
   CHECK(done.err.empty());
   CHECK(json::parse(done.out)["entries"].size() == 2);
@@ -280,7 +274,7 @@ TEST_CASE("checks, status and refusals") {
                                                        ContainsSubstring("Hausdorff") &&
                                                        ContainsSubstring("max_evaluations"));
   CHECK_FALSE(std::filesystem::exists(out + "/box.report.html"));
-  const ProcessResult status = run_command({"batch", "--status", out});
+  const ProcessResult status = run_command({"batch", "status", out});
   CHECK(status.exit_code == 0);
   CHECK_THAT(status.out, ContainsSubstring("2 of 2 done"));
 }
@@ -301,11 +295,11 @@ picture_size = [32, 24]
 )");
   const std::string out = folder / "out";
   const ProcessResult killed =
-      run_command({"batch", manifest, "-o", out, "--jobs", "2"}, {.kill_at = "[12/24]"});
+      run_command({"batch", "run", manifest, "-o", out, "--jobs", "2"}, {.kill_at = "[12/24]"});
   CHECK(killed.exit_code == 128 + SIGKILL);
   CHECK_FALSE(std::filesystem::exists(out + "/summary.csv"));
   const ProcessResult resumed =
-      run_command({"batch", manifest, "-o", out, "--jobs", "2", "--resume"});
+      run_command({"batch", "run", manifest, "-o", out, "--jobs", "2", "--resume"});
   CAPTURE(resumed.err);
   REQUIRE(resumed.exit_code == 0);
 

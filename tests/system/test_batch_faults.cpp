@@ -37,9 +37,9 @@ RunOptions without_memory(const std::string& bytes) {
 TEST_CASE("a fit whose device fails once is done again, to the same bytes") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
-  CHECK(run_command({"batch", manifest, "-o", folder / "good"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", folder / "good"}).exit_code == 1);
   const ProcessResult result =
-      run_command({"batch", manifest, "-o", folder / "bad"}, with_faults("50:1"));
+      run_command({"batch", "run", manifest, "-o", folder / "bad"}, with_faults("50:1"));
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);
   CHECK_THAT(result.err,
@@ -60,7 +60,7 @@ TEST_CASE("a device that never works is put out of use, and nothing looks comple
   const std::string manifest = make_manifest(folder);
   const std::string out = folder / "out";
   const ProcessResult result =
-      run_command({"batch", manifest, "-o", out}, with_faults("0:1000000000"));
+      run_command({"batch", "run", manifest, "-o", out}, with_faults("0:1000000000"));
   CAPTURE(result.err);
   CHECK(result.exit_code == 1);
   CHECK_THAT(result.err, ContainsSubstring("is out of use"));
@@ -68,7 +68,7 @@ TEST_CASE("a device that never works is put out of use, and nothing looks comple
   for (const std::string& name : kGoodFits) {
     CHECK_FALSE(std::filesystem::exists(out + "/" + name + ".qjulia.json"));
   }
-  CHECK(run_command({"batch", manifest, "-o", out, "--resume"}).exit_code == 1);
+  CHECK(run_command({"batch", "run", manifest, "-o", out, "--resume"}).exit_code == 1);
   CHECK(read_summary(out)["counts"]["done"] == 5);
 }
 
@@ -86,13 +86,13 @@ TEST_CASE("a batch goes on with the other device when one is lost") {
     return all;
   };
   const ProcessResult good =
-      run_command({"batch", manifest, "-o", folder / "good", "--device", "all"}, options);
+      run_command({"batch", "run", manifest, "-o", folder / "good", "--device", "all"}, options);
   CAPTURE(good.err);
   REQUIRE(read_summary(folder / "good")["counts"]["done"] == 5);
   CHECK_THAT(good.err, ContainsSubstring("device: 0:0") && ContainsSubstring("device: 0:1"));
   options.environment["QJULIA_TEST_LOST"] = std::string("50:-36:") + kOnThreadThatWaits;
   const ProcessResult result =
-      run_command({"batch", manifest, "-o", folder / "lost", "--device", "all"}, options);
+      run_command({"batch", "run", manifest, "-o", folder / "lost", "--device", "all"}, options);
   CAPTURE(result.err);
   CHECK_THAT(result.err, ContainsSubstring("will be tried again") &&
                              ContainsSubstring("CL_INVALID_COMMAND_QUEUE (-36)"));
@@ -109,7 +109,7 @@ TEST_CASE("the only entry of a lost device goes to another") {
   options.environment["POCL_DEVICES"] = kBothDevices;  // the first is given it first
   options.environment["QJULIA_TEST_LOST"] = std::string("50:-9999:") + kOnThreadThatWaits;
   const ProcessResult result =
-      run_command({"batch", manifest, "-o", folder / "out", "--device", "all"}, options);
+      run_command({"batch", "run", manifest, "-o", folder / "out", "--device", "all"}, options);
   CAPTURE(result.err);
   CHECK(result.exit_code == 0);
   const json entry = read_summary(folder / "out")["entries"][0];
@@ -126,11 +126,11 @@ TEST_CASE("a full disk loses nothing that is complete") {
 set -u
 disk=$1 manifest=$2 results=$3
 mkdir -p "$disk" && mount -t tmpfs -o size=40k tmpfs "$disk" || exit 77
-"$QJULIA" batch "$manifest" -o "$disk/out"
+"$QJULIA" batch run "$manifest" -o "$disk/out"
 echo "first: $?"
 cp -r "$disk/out" "$results.first"
 mount -o remount,size=4m "$disk"
-"$QJULIA" batch "$manifest" -o "$disk/out" --resume --retry-failed
+"$QJULIA" batch run "$manifest" -o "$disk/out" --resume --retry-failed
 echo "second: $?"
 cp -rp "$disk/out" "$results"
 )");
@@ -171,8 +171,8 @@ set -u
 disk=$1 manifest=$2
 for pages in 2 3 4 5; do
   mkdir -p "$disk.$pages" && mount -t tmpfs -o size=$((4 * pages))k tmpfs "$disk.$pages" || exit 77
-  "$QJULIA" batch "$manifest" -o "$disk.$pages" --device cpu 2>&1 | sed 's/^/run: /'
-  "$QJULIA" batch --status "$disk.$pages" 2>&1 | sed 's/^/later: /'
+  "$QJULIA" batch run "$manifest" -o "$disk.$pages" --device cpu 2>&1 | sed 's/^/run: /'
+  "$QJULIA" batch status "$disk.$pages" 2>&1 | sed 's/^/later: /'
 done
 )");
   RunOptions options;

@@ -26,8 +26,9 @@ ProcessResult run_ranks(const std::vector<std::string>& command) {
 TEST_CASE("ranks share a batch and write the bytes of one process") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);
-  CHECK(run_command({"batch", manifest, "-o", folder / "one"}).exit_code == 1);
-  const ProcessResult ranks = run_ranks({QJULIA_COMMAND, "batch", manifest, "-o", folder / "two"});
+  CHECK(run_command({"batch", "run", manifest, "-o", folder / "one"}).exit_code == 1);
+  const ProcessResult ranks =
+      run_ranks({QJULIA_COMMAND, "batch", "run", manifest, "-o", folder / "two"});
   CAPTURE(ranks.err);
   CHECK(ranks.exit_code == 1);
   CHECK_THAT(ranks.err, ContainsSubstring("rank 0: device") && ContainsSubstring("rank 1: device"));
@@ -59,7 +60,7 @@ if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
      grep -qs '"running"' $(grep -ls "\"process\": $$[,}]" "$2"/*.status.json)
    do sleep 0.01; done; kill -9 $$) &
 fi
-exec "$QJULIA" batch "$1" -o "$2"
+exec "$QJULIA" batch run "$1" -o "$2"
 )");
   const ProcessResult killed = run_ranks({"/bin/bash", script, manifest, out});
   CAPTURE(killed.err);
@@ -72,7 +73,8 @@ exec "$QJULIA" batch "$1" -o "$2"
   }
   CHECK(!times.empty());
   CHECK(times.size() < 5);
-  CHECK(run_ranks({QJULIA_COMMAND, "batch", manifest, "-o", out, "--resume"}).exit_code == 1);
+  CHECK(run_ranks({QJULIA_COMMAND, "batch", "run", manifest, "-o", out, "--resume"}).exit_code ==
+        1);
   CHECK(read_summary(out)["counts"]["done"] == 5);
   for (const auto& [name, time] : times) {
     CHECK(std::filesystem::last_write_time(out + "/" + name + ".qjulia.json") == time);
@@ -82,10 +84,10 @@ exec "$QJULIA" batch "$1" -o "$2"
 TEST_CASE("what is wrong from the start is said once, and every rank ends") {
   const TemporaryFolder folder;
   const ProcessResult absent =
-      run_ranks({QJULIA_COMMAND, "batch", folder / "absent.toml", "-o", folder / "out"});
+      run_ranks({QJULIA_COMMAND, "batch", "run", folder / "absent.toml", "-o", folder / "out"});
   CHECK(absent.exit_code == 2);
   CHECK_THAT(absent.err, ContainsSubstring("absent.toml"));
   CHECK(absent.err.find("absent.toml") == absent.err.rfind("absent.toml"));
   const std::string manifest = make_manifest(folder);
-  CHECK(run_ranks({QJULIA_COMMAND, "batch", manifest, "-o", manifest}).exit_code == 1);
+  CHECK(run_ranks({QJULIA_COMMAND, "batch", "run", manifest, "-o", manifest}).exit_code == 1);
 }

@@ -189,7 +189,7 @@ TEST_CASE("batch --device all uses a GPU once that two platforms show") {
       folder.file("m.toml", "[[fit]]\nmesh = \"" QJULIA_TEST_DATA "/icosahedron.obj\"\n");
   const std::string twice = kOld + ";rusticl=gpu|AD102|nouveau|9|999|0|khr:2|;" + kCpu;
   const ProcessResult result =
-      with_platforms(twice, {"batch", manifest, "-o", folder / "out", "--device", "all"});
+      with_platforms(twice, {"batch", "run", manifest, "-o", folder / "out", "--device", "all"});
   CAPTURE(result.err);  // the fake devices cannot fit
   CHECK_THAT(result.err, ContainsSubstring("device: 0:0 gpu GT 1030") &&
                              ContainsSubstring("device: 2:0 cpu") &&

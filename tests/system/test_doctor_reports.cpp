@@ -19,8 +19,9 @@ namespace {
 using Environment = std::map<std::string, std::string>;
 
 /// doctor on the CPU, for one small program.
-ProcessResult doctor(std::vector<std::string> more, const Environment& environment = {}) {
-  std::vector<std::string> words = {"doctor", "--device", "cpu", "--programs", "reduce.*"};
+ProcessResult doctor(const std::vector<std::string>& more, const Environment& environment = {},
+                     const char* command = "check") {
+  std::vector<std::string> words = {"doctor", command, "--device", "cpu", "--programs", "reduce.*"};
   words.insert(words.end(), more.begin(), more.end());
   RunOptions options;
   options.environment = environment;
@@ -112,7 +113,7 @@ TEST_CASE("doctor goes through PoCL's settings, each in a process of its own") {
   const TemporaryFolder folder;
   const std::string junit = folder / "doctor.xml";
   const Environment mine{{"TMPDIR", folder.path().string()}, {"POCL_CACHE_DIR", folder / "cache"}};
-  const ProcessResult found = doctor({"--matrix", "--junit", junit, "--json"}, mine);
+  const ProcessResult found = doctor({"--junit", junit, "--json"}, mine, "matrix");
   CAPTURE(found.err);
   REQUIRE(found.exit_code == 0);
   const json settings = json::parse(found.out)["settings"];
@@ -140,7 +141,7 @@ TEST_CASE("doctor goes through PoCL's settings, each in a process of its own") {
 }
 
 TEST_CASE("a setting under which a program fails is named") {
-  const ProcessResult broken = doctor({"--matrix"}, kBroken);
+  const ProcessResult broken = doctor({}, kBroken, "matrix");
   CHECK(broken.exit_code == 1);
   CHECK_THAT(broken.out, ContainsSubstring("FAILED loopvec: reduce.cl single: reduce.cl did not "
                                            "build") &&
@@ -207,7 +208,7 @@ TEST_CASE("two reports of doctor are compared, and what got worse decides") {
                                check("c.cl", true, 0.4), check("e.cl", true, 0.0)}))
             .exit_code == 0);
 
-  // With --matrix, each setting's checks have rows of their own.
+  // In a matrix, each setting's checks have rows of their own.
   json matrix = old;
   matrix.erase("programs");
   matrix["settings"] = {{{"name", "cbs"}, {"report", old}}, {{"name", "dead"}, {"report", json()}}};
@@ -217,11 +218,14 @@ TEST_CASE("two reports of doctor are compared, and what got worse decides") {
   CHECK(rows.exit_code == 1);
   CHECK_THAT(rows.out, ContainsSubstring("cbs: ") && ContainsSubstring("absent in B"));
 
-  CHECK_THAT(compared(old, matrix).err, ContainsSubstring("made with --matrix"));
+  CHECK_THAT(compared(old, matrix).err, ContainsSubstring("made by 'doctor matrix'"));
   const ProcessResult alien = compared(old, json::array());
   CHECK(alien.exit_code == 2);
   CHECK_THAT(alien.err, ContainsSubstring("B is not a report"));
-  CHECK_THAT(run_command({"doctor", "compare", "one.json"}).err, ContainsSubstring("two files"));
-  CHECK_THAT(run_command({"doctor", "contrast"}).err, ContainsSubstring("give 'compare'"));
-  CHECK_THAT(compared(old, old, {"--matrix"}).err, ContainsSubstring("leave out --matrix"));
+  CHECK_THAT(run_command({"doctor", "compare", "one.json"}).err,
+             ContainsSubstring("B is required"));
+  CHECK_THAT(run_command({"doctor", "contrast"}).err,
+             ContainsSubstring("its commands are check, matrix, compare"));
+  CHECK_THAT(compared(old, old, {"--junit", "x.xml"}).err,
+             ContainsSubstring("no option '--junit'"));
 }

@@ -179,7 +179,7 @@ TEST_CASE("a job that cannot run says which of its members is wrong") {
   };
   refused({{"command", "render"}}, "no 'options'");
   refused({{"command", "draw"}, {"options", options}}, "there is no command 'draw'");
-  refused({{"command", "doctor"}, {"options", json::object()}}, "makes no file");
+  refused({{"command", "doctor check"}, {"options", json::object()}}, "makes no file");
   refused({{"command", "render"}, {"options", options}, {"colour", 1}}, "'colour'");
   refused(with("zooom", 2), "no option 'zooom'");
   refused(with("device", "cpu"), "no option 'device'");

@@ -94,7 +94,7 @@ TEST_CASE("no output is an input or another output") {
   check_refused(bench, {"compare", map, bench.mesh, "--trace", bench.mesh}, word);
   check_refused(bench, {"convert", map, map, "--detail", "0.03"}, word);
   const std::string baseline = bench.folder.file("before.json", "{}");
-  check_refused(bench, {"profile", "--baseline", baseline, "--trace", baseline}, word);
+  check_refused(bench, {"profile", "measure", "--baseline", baseline, "--trace", baseline}, word);
   check_refused(bench, bench.fit(in("new.json"), {"--report", in("new.json")}), word);
 }
 
@@ -163,8 +163,8 @@ TEST_CASE("a batch never writes over its meshes") {
       bench.folder.file("m.toml",
                         "[defaults]\nfactors = 24\nmax_evaluations = 5\nsurface = \"obj\"\n"
                         "[[fit]]\nmesh = \"ball.obj\"\n");
-  check_refused(bench, {"batch", manifest, "-o", bench.folder / ""}, "m.toml:5");
-  check_refused(bench, {"batch", manifest, "-o", bench.folder / "", "--resume"}, "ball.obj");
+  check_refused(bench, {"batch", "run", manifest, "-o", bench.folder / ""}, "m.toml:5");
+  check_refused(bench, {"batch", "run", manifest, "-o", bench.folder / "", "--resume"}, "ball.obj");
 }
 
 TEST_CASE("links are followed, and an existing file's mode is kept") {

@@ -91,25 +91,24 @@ TEST_CASE("a comparison of profiles refuses what it has no use for") {
     CHECK(result.exit_code == 2);
     CHECK_THAT(result.err, ContainsSubstring(why));
   };
-  refused({"contrast", good, good}, "'compare' and two profiles");
-  refused({"compare"}, "needs two files");
-  refused({"compare", good}, "needs two files");
+  refused({"contrast", good, good}, "its commands are measure, compare,");
+  refused({"compare"}, "OLD is required");
+  refused({"compare", good}, "NEW is required");
   refused({"compare", good, text}, "NEW '" + text + "' is not JSON");
   refused({"compare", folder / "absent.json", good}, "absent.json");
   refused({"compare", good, good, "--confidence", "1"}, "--confidence");
-  refused({"compare", good, good, "--repeats", "9", "--tune"}, "leave out --tune, --repeats");
-  refused({"compare", good, good, "--layout", "cpu", "--trust-device"},
-          "leave out --layout, --trust-device");
-  refused({"--across-devices"}, "leave out --across-devices");
+  refused({"compare", good, good, "--repeats", "9"}, "there is no option '--repeats'");
+  refused({"compare", good, good, "--layout", "cpu"}, "there is no option '--layout'");
+  refused({"measure", "--across-devices"}, "there is no option '--across-devices'");
 }
 
-TEST_CASE("a build that cannot be profiled ends --against with its own exit code") {
+TEST_CASE("a build that cannot be profiled ends profile against with its own exit code") {
   const TemporaryFolder folder;
   const auto against = [&](int code) {
     const std::string other = folder.file(
         "other", "#!/bin/sh\necho 'qjulia: it failed' >&2\nexit " + std::to_string(code) + "\n");
     std::filesystem::permissions(other, std::filesystem::perms::owner_all);
-    return run_command({"profile", "--against", other, "--seconds", "5"});
+    return run_command({"profile", "against", other, "--time-limit", "5"});
   };
   for (const int code : {1, 2, 3}) {
     const ProcessResult found = against(code);
@@ -123,10 +122,10 @@ TEST_CASE("a build that cannot be profiled ends --against with its own exit code
   CHECK_THAT(silent.err, ContainsSubstring("printed no profile"));
 }
 
-TEST_CASE("--against says when there is no time for enough rounds, and what helps") {
+TEST_CASE("profile against says when there is no time for enough rounds, and what helps") {
   const ProcessResult found = run_command(
-      {"profile", "--against", QJULIA_COMMAND, "--seconds", "0.1", "--kernels", "energy",
-       "--samples", "500", "--factors", "16", "--repeats", "1", "--device", "cpu", "--json"});
+      {"profile", "against", QJULIA_COMMAND, "--time-limit", "0.1", "--kernels", "energy",
+       "--sample-points", "500", "--factors", "16", "--repeats", "1", "--device", "cpu", "--json"});
   INFO(found.err);
   CHECK(found.exit_code == 4);
   const json report = json::parse(found.out);
@@ -138,6 +137,6 @@ TEST_CASE("--against says when there is no time for enough rounds, and what help
     CHECK(kernel["before_seconds"].get<double>() > 0);
   }
   CHECK_THAT(found.err, ContainsSubstring("too little data") &&
-                            ContainsSubstring("give --seconds") &&
+                            ContainsSubstring("give --time-limit") &&
                             ContainsSubstring("enough for 1;"));
 }

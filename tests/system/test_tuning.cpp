@@ -1,4 +1,4 @@
-/// profile --tune, and what other commands make of it.
+/// profile tune, and what other commands make of it.
 
 #include <catch2/catch_all.hpp>
 #include <filesystem>
@@ -30,38 +30,39 @@ struct Cache {
     return run_command(arguments, options);
   }
   ProcessResult tune(const Environment& more = {}) const {
-    return run(
-        {"profile", "--tune", "--json", "--samples", "2000", "--factors", "24", "--repeats", "1"},
-        more);
+    return run({"profile", "tune", "--json", "--sample-points", "2000", "--factors", "24",
+                "--repeats", "1"},
+               more);
   }
   json profile(const Environment& more = {}) const {
-    const ProcessResult result =
-        run({"profile", "--json", "--samples", "500", "--factors", "16", "--repeats", "1"}, more);
+    const ProcessResult result = run({"profile", "measure", "--json", "--sample-points", "500",
+                                      "--factors", "16", "--repeats", "1"},
+                                     more);
     INFO(result.err);
     REQUIRE(result.exit_code == 0);
     return json::parse(result.out);
   }
-  /// Settings as --tune keeps them, with a lane width that is not the default.
+  /// Settings as 'profile tune' keeps them, with a lane width that is not the default.
   std::string retuned() const {
     const std::string file = folder / "settings.json";
-    const auto kept = [&](const char* option) {
-      const ProcessResult result = run({"profile", option, file, "--json"});
+    const auto kept = [&](const char* command) {
+      const ProcessResult result = run({"profile", command, file, "--json"});
       INFO(result.err);
       REQUIRE(result.exit_code == 0);
       return json::parse(result.out)["file"].get<std::string>();
     };
-    kept("--export");
+    kept("export");
     json settings = json::parse(read_text(file));
     settings["single"]["lane_width"] = 8;
     settings["single"]["energy_vectors"] = 3;
     std::ofstream(file) << settings;
-    return kept("--import");
+    return kept("import");
   }
 };
 
 }  // namespace
 
-TEST_CASE("--tune tries settings, and changes none when it cannot be certain") {
+TEST_CASE("profile tune tries settings, and changes none when it cannot be certain") {
   const Cache cache;
   const std::string file = cache.retuned(), before = read_text(file);
   const ProcessResult result = cache.tune();
@@ -89,8 +90,8 @@ TEST_CASE("profile and fit say that settings are tuned, and QJULIA_TUNING=off th
   const json untuned = cache.profile({{"QJULIA_TUNING", "off"}});
   CHECK(untuned["tuned"] == false);
   CHECK(untuned["tuning"]["energy_vectors"] == 4);
-  const ProcessResult told =
-      cache.run({"profile", "--samples", "500", "--factors", "16", "--repeats", "1"});
+  const ProcessResult told = cache.run(
+      {"profile", "measure", "--sample-points", "500", "--factors", "16", "--repeats", "1"});
   CHECK_THAT(told.out, ContainsSubstring("settings: tuned"));
   CHECK_THAT(told.err, ContainsSubstring("(tuned)"));
 
@@ -117,8 +118,8 @@ TEST_CASE("corrupt settings are passed over with a warning") {
   const Cache cache;
   const std::string file = cache.retuned();
   std::filesystem::resize_file(file, 50);
-  const ProcessResult result =
-      cache.run({"profile", "--json", "--samples", "500", "--factors", "16", "--repeats", "1"});
+  const ProcessResult result = cache.run({"profile", "measure", "--json", "--sample-points", "500",
+                                          "--factors", "16", "--repeats", "1"});
   CHECK(result.exit_code == 0);
   CHECK_THAT(result.err, ContainsSubstring(file) && ContainsSubstring("tune this device again"));
   CHECK(json::parse(result.out)["tuned"] == false);
@@ -148,14 +149,28 @@ TEST_CASE("settings with wrong results are refused and not timed") {
   CHECK(met);
 }
 
-TEST_CASE("--tune goes with no other measurement") {
+TEST_CASE("profile tune takes no option of other measurements") {
   const Cache cache;
-  CHECK(cache.run({"profile", "--tune", "--width", "8"}).exit_code == 2);
-  CHECK(cache.run({"profile", "--tune", "--csv", cache.folder / "a.csv"}).exit_code == 2);
-  CHECK(cache.run({"profile", "--csv", cache.folder / "a.txt"}).exit_code == 2);
-  CHECK(cache.run({"profile", "--tune", "--plot", cache.folder / "a.png"}).exit_code == 2);
-  const std::string settings = cache.folder / "a.json";
-  CHECK(cache.run({"profile", "--export", settings, "--csv", cache.folder / "a.csv"}).exit_code ==
-        2);
-  CHECK(cache.run({"profile", "--export", settings, "--scaling"}).exit_code == 2);
+  CHECK(cache.run({"profile", "tune", "--lane-width", "8"}).exit_code == 2);
+  CHECK(cache.run({"profile", "tune", "--csv", cache.folder / "a.csv"}).exit_code == 2);
+  CHECK(cache.run({"profile", "measure", "--csv", cache.folder / "a.txt"}).exit_code == 2);
+  CHECK(cache.run({"profile", "export", cache.folder / "a.txt"}).exit_code == 2);
+  CHECK(cache.run({"profile", "grid"}).exit_code == 2);
+}
+
+TEST_CASE("options that commands have replaced are refused with the command") {
+  const auto said = [](const std::vector<std::string>& words) {
+    const ProcessResult result = run_command(words);
+    CHECK(result.exit_code == 2);
+    return result.err;
+  };
+  CHECK_THAT(said({"profile", "--tune"}), ContainsSubstring("'qjulia profile tune' now"));
+  CHECK_THAT(said({"profile", "--grid=panel_block=32"}),
+             ContainsSubstring("'qjulia profile grid' now"));
+  CHECK_THAT(said({"doctor", "--matrix"}), ContainsSubstring("'qjulia doctor matrix' now"));
+  CHECK_THAT(said({"batch", "--status", "out"}), ContainsSubstring("'qjulia batch status' now"));
+  CHECK_THAT(said({"batch", "m.toml", "-o", "out"}),
+             ContainsSubstring("needs one of its commands before 'm.toml'; its commands are run"));
+  CHECK_THAT(said({"profile", "compere", "a.json"}), ContainsSubstring("did you mean 'compare'?"));
+  CHECK_THAT(said({"profile"}), ContainsSubstring("measure") && ContainsSubstring("against"));
 }

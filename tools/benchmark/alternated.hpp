@@ -11,7 +11,7 @@
 namespace qjulia::benchmark {
 
 /// Profiles the kernels of these names (all, if there are none) with one build, in a process of its
-/// own. @return the JSON of `qjulia profile`.
+/// own. @return the JSON of `qjulia profile measure`.
 using ProfileOnce = std::function<nlohmann::json(const std::vector<std::string>& names)>;
 
 struct Alternation {

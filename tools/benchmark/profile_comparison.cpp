@@ -106,7 +106,7 @@ Profile read_profile(const json& all, const std::string& which) {
   } catch (const json::exception&) {
     throw InputError(
         fmt::format("{} is not a profile that keeps its runs; make it again, with 'qjulia profile "
-                    "--json'",
+                    "measure --json'",
                     which));
   }
   if (profile.kernels.empty()) throw InputError(which + " has no kernels; profile again");

@@ -65,7 +65,7 @@ struct ProfileComparison {
 /// where other work disturbed either of two profiles of one CPU, its CPU seconds. These leave out
 /// how well the work is spread over processors. Where these are disturbed too, or not known,
 /// kernels are not called slower: they are undecided unless they are clearly no slower.
-/// @param before, after the JSON of `qjulia profile`.
+/// @param before, after the JSON of `qjulia profile measure`.
 /// @throws InputError: not such JSON, or without runs; another device, driver, layout, width,
 ///   precision or tuning (unless `across` allows it); other sizes of the work; nothing in common;
 ///   too few runs for the confidence. The message names the profile, and says what to do.

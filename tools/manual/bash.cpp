@@ -25,7 +25,7 @@ _qjulia_files() {
 _qjulia_words() { mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(compgen -W "$*" -- "$cur"); }
 
 _qjulia() {
-  local cur=${COMP_WORDS[COMP_CWORD]} word option= command= left=0 position=0 i
+  local cur=${COMP_WORDS[COMP_CWORD]} word option= command= members= left=0 position=0 i
   COMPREPLY=()
   # Where '=' parts words, --up=x is three of them.
   [[ $cur != = ]] || cur=
@@ -38,18 +38,19 @@ _qjulia() {
     elif [[ $word == -* ]]; then
       option=$word
       _qjulia_values "$word"
-    elif [[ $command && $command != help ]]; then
-      ((position++)) || :
+    elif _qjulia_members "$command"; [[ $members ]]; then
+      command=${command:+$command }$word
     else
-      command=$word
+      ((position++)) || :
     fi
   done
+  _qjulia_members "$command"
   if ((left > 0)); then
     _qjulia_value "$command:$option"
   elif [[ $cur == -* ]]; then
     _qjulia_options "$command"
-  elif [[ ! $command || $command == help ]]; then
-    _qjulia_words "$_qjulia_commands"
+  elif [[ $members ]]; then
+    _qjulia_words "$members"
   else
     _qjulia_argument "$command:$position"
   fi
@@ -71,12 +72,21 @@ std::string bash_action(const Completion& completion) {
 }
 
 /// A function that acts by its argument.
-std::string choice(const std::string& name, const std::map<std::string, std::string>& patterns_of) {
+std::string choice(const std::string& name, const std::map<std::string, std::string>& patterns_of,
+                   const std::string& otherwise = {}) {
   std::string text = fmt::format("\n{}() {{\n  case $1 in\n", name);
   for (const auto& [act, patterns] : patterns_of) {
     text += fmt::format("    {}) {} ;;\n", patterns, act);
   }
+  if (!otherwise.empty()) text += fmt::format("    *) {} ;;\n", otherwise);
   return text + "  esac\n}\n";
+}
+
+/// A pattern that stands for these words.
+std::string pattern_of(const std::string& words) {
+  std::string text;
+  for (const char c : words) text += c == ' ' ? "\\ " : std::string(1, c);
+  return text;
 }
 
 class Patterns {
@@ -121,7 +131,7 @@ std::string counts(const ProgramUsage& program) {
 }  // namespace
 
 std::string bash_completion(const ProgramUsage& program) {
-  Patterns options, values, arguments;
+  Patterns options, values, arguments, members;
   std::vector<std::string> commands{"help"};
   const auto add_options = [&](const CommandUsage& command, const std::string& name) {
     std::vector<std::string> names;
@@ -130,28 +140,34 @@ std::string bash_completion(const ProgramUsage& program) {
     }
     options.add(fmt::format("_qjulia_words {}", fmt::join(names, " ")), name);
   };
-  add_options(program.root, "''");
-  for (const CommandUsage& command : program.commands) {
-    commands.push_back(command.name);
-    add_options(command, command.name);
+  const auto add_command = [&](const CommandUsage& command, const std::string& name) {
+    add_options(command, name);
     int position = 0;
     for (const OptionUsage& option : command.options) {
       const std::string act = bash_action(option.completion);
       if (option.is_positional) {
-        arguments.add(act, fmt::format("{}:{}", command.name, position++));
+        arguments.add(act, fmt::format("{}:{}", name, position++));
         continue;
       }
-      for (const std::string& name : names_of(option)) {
-        values.add(act, fmt::format("{}:{}", command.name, name));
+      for (const std::string& spelt : names_of(option)) {
+        values.add(act, fmt::format("{}:{}", name, spelt));
       }
     }
+  };
+  add_options(program.root, "''");
+  for (const CommandUsage& command : program.commands) {
+    if (!is_member(command)) commands.push_back(command.name);
+    if (command.is_group()) {
+      members.add(fmt::format("members='{}'", fmt::join(command.members, " ")),
+                  fmt::format("{0}|help\\ {0}", command.name));
+    }
+    add_command(usual_of(program, command), pattern_of(command.name));
   }
-  return fmt::format(
-             "# Completion of qjulia for bash. Generated; do not edit.\n\n_qjulia_commands='{}'\n",
-             fmt::join(commands, " ")) +
-         counts(program) + choice("_qjulia_options", options.all()) +
-         choice("_qjulia_value", values.all()) + choice("_qjulia_argument", arguments.all()) +
-         kWalk;
+  members.add(fmt::format("members='{}'", fmt::join(commands, " ")), "''|help");
+  return "# Completion of qjulia for bash. Generated; do not edit.\n" + counts(program) +
+         choice("_qjulia_members", members.all(), "members=") +
+         choice("_qjulia_options", options.all()) + choice("_qjulia_value", values.all()) +
+         choice("_qjulia_argument", arguments.all()) + kWalk;
 }
 
 }  // namespace qjulia::manual

@@ -19,11 +19,10 @@ std::span<const Entry> environment() {
           "How kernels are cut into work-items, as --layout takes it: auto, cpu or gpu. The option "
           "takes precedence.",
           Concern::computing},
-      Entry{
-          "QJULIA_TUNING",
-          "off: do not use the settings that 'qjulia profile --tune' found for the device. on, or "
-          "nothing: use them.",
-          Concern::computing},
+      Entry{"QJULIA_TUNING",
+            "off: do not use the settings that 'qjulia profile tune' found for the device. on, or "
+            "nothing: use them.",
+            Concern::computing},
       Entry{"QJULIA_BINARIES",
             "auto, or nothing: keep compiled programs of GPUs and accelerators, and load them "
             "instead of compiling again. on: of CPUs too. off: neither keep nor load any.",
@@ -69,7 +68,7 @@ std::span<const Entry> environment() {
 std::span<const Entry> files() {
   static constexpr std::array kEntries = {
       Entry{"$XDG_CACHE_HOME/qjulia/tuning-*.json, else ~/.cache/qjulia/tuning-*.json",
-            "Settings that 'qjulia profile --tune' found, one file a device, driver and version. "
+            "Settings that 'qjulia profile tune' found, one file a device, driver and version. "
             "They may be removed at any time.",
             Concern::computing},
       Entry{"$XDG_CACHE_HOME/qjulia/passed-*.json",

@@ -51,10 +51,17 @@ function __qjulia_files
         string match -r -- ".*(?:/|$pattern)(?:\t.*)?\$"
 end
 
-# Whether this is the command among the words so far.
+# Whether the words so far begin with those of this command.
 function __qjulia_runs
     set -l words (commandline -opc)
-    test "$words[2]" = $argv[1]
+    set -l last (math (count $argv) + 1)
+    test (count $words) -ge $last; and test "$words[2..$last]" = "$argv"
+end
+
+# Whether the words so far name this group, and none of its commands.
+function __qjulia_names_group
+    set -l words (commandline -opc)
+    test "$words[2]" = $argv[1]; and not string match -qr '^[^-]' -- "$words[3]"
 end
 
 complete -c qjulia -f
@@ -62,15 +69,27 @@ complete -c qjulia -f
   const std::string none = "__fish_use_subcommand";
   for (const OptionUsage& option : program.root.options) text += fish_line(none, option);
   text += fmt::format("complete -c qjulia -n '{}' -a help -d 'Explain a command'\n", none);
-  for (const CommandUsage& command : program.commands) {
-    text += fmt::format("complete -c qjulia -n '{}' -a {} -d {}\n", none, command.name,
+  const auto offer = [&](const std::string& condition, const CommandUsage& command) {
+    const std::string word = command.name.substr(command.name.rfind(' ') + 1);
+    text += fmt::format("complete -c qjulia -n '{}' -a {} -d {}\n", condition, word,
                         quoted(command.description));
-    text += fmt::format("complete -c qjulia -n '__fish_seen_subcommand_from help' -a {} -d {}\n",
-                        command.name, quoted(command.description));
+  };
+  for (const CommandUsage& command : program.commands) {
+    if (is_member(command)) {
+      const std::string group = command.name.substr(0, command.name.find(' '));
+      offer("__qjulia_names_group " + group, command);
+      offer("__qjulia_runs help " + group, command);
+    } else {
+      offer(none, command);
+      offer("test (count (commandline -opc)) = 2; and __qjulia_runs help", command);
+    }
   }
   for (const CommandUsage& command : program.commands) {
-    const std::string condition = fmt::format("__qjulia_runs {}", command.name);
-    for (const OptionUsage& option : command.options) text += fish_line(condition, option);
+    const std::string condition = fmt::format(
+        "{} {}", command.is_group() ? "__qjulia_names_group" : "__qjulia_runs", command.name);
+    for (const OptionUsage& option : usual_of(program, command).options) {
+      text += fish_line(condition, option);
+    }
   }
   return text;
 }

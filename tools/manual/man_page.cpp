@@ -130,6 +130,7 @@ std::string options_of(const CommandUsage& command) {
 
 std::string synopsis(const CommandUsage& command) {
   std::string text = bold("qjulia " + command.name);
+  if (command.is_group()) text += ' ' + italic("command");
   for (const OptionUsage& option : command.options) {
     if (!option.is_positional) continue;
     text += option.is_required ? ' ' + italic(option.name) : " [" + italic(option.name) + ']';
@@ -168,19 +169,31 @@ std::string see_also(const std::vector<std::string>& pages) {
   return text;
 }
 
-std::string page_name(const CommandUsage& command) { return "qjulia-" + command.name; }
+/// The commands of the program or of a group, as entries.
+std::string commands_of(const ProgramUsage& program, const std::string& group) {
+  std::string text;
+  for (const CommandUsage& command : program.commands) {
+    const bool is_listed =
+        group.empty() ? !is_member(command) : command.name.starts_with(group + ' ');
+    if (!is_listed) continue;
+    text += ".TP\n" + bold(command.name) + '\n' +
+            roff_paragraph(fmt::format("{}; see {}(1).", command.description, page_name(command)));
+  }
+  return text;
+}
 
 }  // namespace
 
+std::string page_name(const CommandUsage& command) {
+  std::string name = "qjulia-" + command.name;
+  std::ranges::replace(name, ' ', '-');
+  return name;
+}
+
 std::string program_page(const ProgramUsage& program, const std::string& date) {
   const Footer footer = parted(program.root.footer);
-  std::string commands;
   std::vector<std::string> pages;
-  for (const CommandUsage& command : program.commands) {
-    pages.push_back(page_name(command));
-    commands += ".TP\n" + bold(command.name) + '\n' +
-                roff_paragraph(command.description + "; see " + pages.back() + "(1).");
-  }
+  for (const CommandUsage& command : program.commands) pages.push_back(page_name(command));
   std::string description = program.root.description;
   std::ranges::replace(description, '\n', ' ');
   return beginning("qjulia", date) +
@@ -189,8 +202,8 @@ std::string program_page(const ProgramUsage& program, const std::string& date) {
                                  "]\n.br\n" + bold("qjulia help") + " [" + italic("command") +
                                  "]\n") +
          section("DESCRIPTION", roff_paragraph(description) + footer.explanation) +
-         section("COMMANDS", commands) + section("OPTIONS", options_of(program.root)) +
-         section("EXAMPLES", footer.examples) +
+         section("COMMANDS", commands_of(program, "")) +
+         section("OPTIONS", options_of(program.root)) + section("EXAMPLES", footer.examples) +
          section("ENVIRONMENT", entries(environment(), nullptr)) +
          section("EXIT STATUS", exit_status()) + section("FILES", entries(files(), nullptr)) +
          section("SEE ALSO", see_also(pages));
@@ -209,6 +222,7 @@ std::string command_page(const ProgramUsage& program, const CommandUsage& comman
          section("NAME", roff(page_name(command)) + " \\- " + roff(what) + '\n') +
          section("SYNOPSIS", synopsis(command)) +
          section("DESCRIPTION", roff_paragraph(command.description + '.') + footer.explanation) +
+         (command.is_group() ? section("COMMANDS", commands_of(program, command.name)) : "") +
          section("OPTIONS", options_of(command)) + section("EXAMPLES", footer.examples) +
          section("ENVIRONMENT", entries(environment(), &command)) +
          section("EXIT STATUS", exit_status()) + section("FILES", entries(files(), &command)) +

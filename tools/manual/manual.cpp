@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +18,14 @@ std::string brief(const std::string& description) {
   text = text.substr(0, text.find(". "));
   if (const auto bracket = text.find(" ("); bracket != std::string::npos) text.resize(bracket);
   return text;
+}
+
+bool is_member(const CommandUsage& command) { return command.name.find(' ') != std::string::npos; }
+
+const CommandUsage& usual_of(const ProgramUsage& program, const CommandUsage& command) {
+  const std::string name = fmt::format("{} {}", command.name, command.usual);
+  const auto found = std::ranges::find(program.commands, name, &CommandUsage::name);
+  return found == program.commands.end() ? command : *found;
 }
 
 namespace {
@@ -34,8 +43,7 @@ void write(const std::filesystem::path& folder, const std::string& date) {
   std::filesystem::create_directories(folder);
   base::write_file(folder / "qjulia.1", program_page(program, date));
   for (const CommandUsage& command : program.commands) {
-    base::write_file(folder / fmt::format("qjulia-{}.1", command.name),
-                     command_page(program, command, date));
+    base::write_file(folder / (page_name(command) + ".1"), command_page(program, command, date));
   }
   base::write_file(folder / "qjulia.bash", bash_completion(program));
   base::write_file(folder / "_qjulia", zsh_completion(program));
@@ -46,6 +54,7 @@ void write(const std::filesystem::path& folder, const std::string& date) {
 nlohmann::ordered_json options_json(const ProgramUsage& program) {
   nlohmann::ordered_json all;
   for (const CommandUsage& command : program.commands) {
+    if (command.is_group()) continue;
     for (const OptionUsage& option : command.options) {
       all[command.name].push_back({{"name", option.name},
                                    {"letter", option.letter},

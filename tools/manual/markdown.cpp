@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "failure.hpp"
 #include "pages.hpp"
@@ -47,13 +48,15 @@ std::string option_rows(const std::vector<OptionUsage>& options) {
   return text;
 }
 
-std::string section(const std::string& title, const CommandUsage& command) {
-  std::string text = fmt::format("\n## {}\n\n{}\n", title, cell(command.description));
-  text += option_rows(command.options);
+std::string footer_block(const CommandUsage& command) {
   std::string footer = command.footer;
   while (footer.ends_with('\n')) footer.pop_back();
-  if (!footer.empty()) text += fmt::format("\n```text\n{}\n```\n", footer);
-  return text;
+  return footer.empty() ? "" : fmt::format("\n```text\n{}\n```\n", footer);
+}
+
+std::string section(const std::string& title, const CommandUsage& command) {
+  return fmt::format("\n## {}\n\n{}\n", title, cell(command.description)) +
+         option_rows(command.options) + footer_block(command);
 }
 
 std::string exit_code_table() {
@@ -76,8 +79,15 @@ std::string commands_page(const ProgramUsage& program) {
       "description.\n";
   text += section("qjulia", program.root);
   text += exit_code_table();
-  for (const CommandUsage& command : program.commands)
+  for (const CommandUsage& command : program.commands) {
+    if (command.is_group()) {
+      text += fmt::format("\n## qjulia {}\n\n{}: one of the commands `{}`.\n", command.name,
+                          cell(command.description), fmt::join(command.members, "`, `"));
+      text += footer_block(command);
+      continue;
+    }
     text += section("qjulia " + command.name, command);
+  }
   return text;
 }
 

@@ -63,14 +63,55 @@ std::string arguments(const CommandUsage& command, const std::string& indent) {
   return text;
 }
 
+/// The last word of a command's name.
+std::string last_word(const CommandUsage& command) {
+  return command.name.substr(command.name.rfind(' ') + 1);
+}
+
+/// An entry of an array for _describe.
+std::string described(const CommandUsage& command, const std::string& indent) {
+  return fmt::format("{}'{}:{}'\n", indent, last_word(command), escaped(command.description));
+}
+
+std::string branch(const CommandUsage& command, const std::string& indent) {
+  return fmt::format("{0}{1})\n{0}  {2} ;;\n", indent, last_word(command),
+                     arguments(command, indent + "    "));
+}
+
+/// Offers the commands of a group, or what follows one of them.
+std::string group_branch(const ProgramUsage& program, const CommandUsage& group) {
+  std::string names, cases;
+  for (const CommandUsage& command : program.commands) {
+    if (!command.name.starts_with(group.name + ' ')) continue;
+    names += described(command, "            ");
+    cases += branch(command, "            ");
+  }
+  const std::string usual =
+      group.usual.empty() ? ""
+                          : "            *)\n              " +
+                                arguments(usual_of(program, group), "                ") + " ;;\n";
+  return fmt::format(R"(        {})
+          commands=(
+{}          )
+          if ((CURRENT == 2)) && [[ $words[2] != -* ]]; then
+            _describe -t commands command commands
+            return
+          fi
+          [[ $words[2] == -* ]] || {{ shift words; ((CURRENT--)) }}
+          case $words[1] in
+{}{}          esac ;;
+)",
+                     group.name, names, cases, usual);
+}
+
 }  // namespace
 
 std::string zsh_completion(const ProgramUsage& program) {
   std::string names = "    'help:Explain a command'\n", cases;
   for (const CommandUsage& command : program.commands) {
-    names += fmt::format("    '{}:{}'\n", command.name, escaped(command.description));
-    cases += fmt::format("        {})\n          {} ;;\n", command.name,
-                         arguments(command, "            "));
+    if (is_member(command)) continue;
+    names += described(command, "    ");
+    cases += command.is_group() ? group_branch(program, command) : branch(command, "        ");
   }
   return fmt::format(R"(#compdef qjulia
 # Completion of qjulia for zsh. Generated; do not edit.

@@ -138,4 +138,30 @@ void BatchDisplay::clear_table() {
   rows_drawn_ = 0;
 }
 
+nlohmann::json report_json(const std::vector<batch::EntryStatus>& entries) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const batch::EntryStatus& entry : entries) all.push_back(entry.to_json());
+  return {{"entries", all}};
+}
+
+std::size_t count(const std::vector<batch::EntryStatus>& entries, batch::EntryState state) {
+  return static_cast<std::size_t>(std::ranges::count(entries, state, &batch::EntryStatus::state));
+}
+
+std::string totals(const std::vector<batch::EntryStatus>& entries) {
+  std::string text =
+      fmt::format("{} of {} done", count(entries, batch::EntryState::done), entries.size());
+  for (const batch::EntryState state : batch::kEntryStates) {
+    const std::size_t n = count(entries, state);
+    if (n > 0 && state != batch::EntryState::done) {
+      text += fmt::format(", {} {}", n, batch::to_string(state));
+    }
+  }
+  return text;
+}
+
+int batch_exit_code(const std::vector<batch::EntryStatus>& entries) {
+  return count(entries, batch::EntryState::done) == entries.size() ? kDone : kFailed;
+}
+
 }  // namespace qjulia::tools

@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "batch/batch.hpp"
 #include "console.hpp"
@@ -42,5 +44,12 @@ class BatchDisplay {
 
 /// One line on where an entry stands: "done  bunny  4.1 s, energy 1e-4, IoU 0.98".
 std::string describe(const batch::EntryStatus& status);
+
+std::size_t count(const std::vector<batch::EntryStatus>& entries, batch::EntryState state);
+/// "3 of 5 done, 2 failed".
+std::string totals(const std::vector<batch::EntryStatus>& entries);
+nlohmann::json report_json(const std::vector<batch::EntryStatus>& entries);
+/// kDone once every entry is done.
+int batch_exit_code(const std::vector<batch::EntryStatus>& entries);
 
 }  // namespace qjulia::tools

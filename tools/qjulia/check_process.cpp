@@ -130,15 +130,11 @@ class CheckProcess {
 std::vector<std::string> command_for(const Device& device, const std::string& programs,
                                      std::size_t first) {
   std::vector<std::string> words = {
-      "qjulia",
-      "doctor",
-      "--quiet",
-      "--device",
-      fmt::format("{}:{}", device.info().platform, device.info().index),
-      "--layout",
-      to_string(device.layout()),
-      "--checks-from",
-      std::to_string(first)};
+      "qjulia",        "doctor",
+      "check",         "--quiet",
+      "--device",      fmt::format("{}:{}", device.info().platform, device.info().index),
+      "--layout",      to_string(device.layout()),
+      "--checks-from", std::to_string(first)};
   if (!programs.empty()) words.insert(words.end(), {"--programs", programs});
   return words;
 }

@@ -102,15 +102,59 @@ std::string guess_of(std::string_view word, const std::vector<std::string>& name
   return nearest != nullptr ? fmt::format("did you mean '{}'? ", *nearest) : std::string();
 }
 
-/// @throws InputError that suggests the nearest command
-const CLI::App& command_named(const CLI::App& app, const std::string& word) {
+/// A command's words without the program's name: "profile compare".
+std::string words_of(const CLI::App& command) {
+  const CLI::App* const parent = command.get_parent();
+  if (parent == nullptr) return {};
+  const std::string group = words_of(*parent);
+  return (group.empty() ? "" : group + ' ') + command.get_name();
+}
+
+std::vector<std::string> names_in(const CLI::App& group) {
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({})) {
-    if (command->get_name() == word) return *command;
-    names.push_back(command->get_name());
+  for (const CLI::App* command : group.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+/// Null where there is none.
+const CLI::App* find_command_in(const CLI::App& group, const std::string& word) {
+  for (const CLI::App* command : group.get_subcommands({})) {
+    if (command->get_name() == word) return command;
   }
+  return nullptr;
+}
+
+/// @throws InputError that suggests the nearest command
+const CLI::App& command_named(const CLI::App& program, const std::string& word) {
+  if (const CLI::App* const found = find_command_in(program, word)) return *found;
   throw InputError(fmt::format("there is no command '{}'; {}'qjulia --help' lists the commands",
-                               word, guess_of(word, names)));
+                               word, guess_of(word, names_in(program))));
+}
+
+bool is_help(const std::string& word) {
+  return word == "-h" || word == "--help" || word == "--help-all";
+}
+
+/// @throws InputError where a command has replaced the option.
+void refuse_replaced(const CommandGroup& group, const std::string& word) {
+  const std::string option = word.substr(0, word.find('='));
+  const auto found = group.replaced.find(option);
+  if (found == group.replaced.end()) return;
+  throw InputError(
+      fmt::format("'qjulia {0} {1}' is 'qjulia {0} {2}' now", group.name, option, found->second));
+}
+
+/// @param word that stands after the group's, and is none of its commands.
+/// @throws InputError saying what should stand there
+[[noreturn]] void refuse_in_group(const CLI::App& group, const CommandGroup& notes,
+                                  const std::string& word) {
+  const std::vector<std::string> names = names_in(group);
+  std::string guess = guess_of(word, names);
+  if (guess.empty()) guess = fmt::format("its commands are {}; ", fmt::join(names, ", "));
+  throw InputError(
+      fmt::format("'qjulia {0}' needs one of its commands before '{1}'; {2}'qjulia {0} "
+                  "--help' explains them",
+                  notes.name, word, guess));
 }
 
 /// @param name with its dashes. CLI11's own search is noexcept, and yet allocates.
@@ -121,16 +165,18 @@ const CLI::Option* find_option(const CLI::App& command, const std::string& name)
   return nullptr;
 }
 
-/// @param words a command and what follows it. @throws InputError that suggests the nearest option
-void check_options(const CLI::App& command, const std::vector<std::string>& words) {
-  for (std::size_t i = 1; i < words.size() && words[i] != "--"; ++i) {
+/// @param words a command line. @param first what follows the command in it.
+/// @throws InputError that suggests the nearest option
+void check_options(const CLI::App& command, const std::vector<std::string>& words,
+                   std::size_t first) {
+  for (std::size_t i = first; i < words.size() && words[i] != "--"; ++i) {
     const std::string word = words[i].substr(0, words[i].find('='));
     if (!word.starts_with("--") || find_option(command, word) != nullptr) continue;
     std::vector<std::string> names;
     for (const CLI::Option* option : command.get_options()) names.push_back(option->get_name());
     throw InputError(
         fmt::format("there is no option '{}'; {}'qjulia {} --help-all' lists the options", word,
-                    guess_of(word, names), command.get_name()));
+                    guess_of(word, names), words_of(command)));
   }
 }
 
@@ -259,7 +305,11 @@ OptionUsage usage_of(const CLI::Option& option, const CommandNotes& notes) {
 }
 
 CommandUsage usage_of(const CLI::App& app, const CommandNotes& notes) {
-  CommandUsage usage{app.get_name(), app.get_description(), app.get_footer(), {}};
+  CommandUsage usage{words_of(app), app.get_description(), app.get_footer(), {}};
+  if (const auto found = notes.groups.find(&app); found != notes.groups.end()) {
+    usage.members = names_in(app);
+    usage.usual = found->second.usual;
+  }
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_group().empty()) continue;  // for the program's own use
     usage.options.push_back(usage_of(*option, notes));
@@ -322,6 +372,11 @@ Option Option::excludes(std::initializer_list<Option> others) const {
 
 Option Option::needs(const Option& other) const {
   option_->needs(other.option_);
+  return *this;
+}
+
+Option Option::required() const {
+  option_->required();
   return *this;
 }
 
@@ -409,16 +464,12 @@ Option Command::file(const std::string& names, std::string& target, const std::s
 
 Option Command::input(const std::string& name, std::string& target,
                       const std::string& description) const {
-  const Option added = file(name, target, "", description);
-  added.option_->required();
-  return added;
+  return file(name, target, "", description).required();
 }
 
 Option Command::output(std::string& target, const std::string& type,
                        const std::string& description) const {
-  const Option added = file("-o,--output", target, type, description);
-  added.option_->required();
-  return added.names_output();
+  return file("-o,--output", target, type, description).required().names_output();
 }
 
 Option Command::output(const std::string& names, OutputName& target,
@@ -492,7 +543,7 @@ void Command::on_chosen(std::function<void()> call) const {
 }
 
 Job Command::job() const {
-  Job job{.command = app_->get_name()};
+  Job job{.command = words_of(*app_)};
   for (const CLI::Option* option : std::as_const(*app_).get_options()) {
     const OptionUsage usage = usage_of(*option, *notes_);
     if (option->count() == 0 || !usage.is_in_job) continue;
@@ -533,8 +584,20 @@ CommandLine::~CommandLine() = default;
 
 Command CommandLine::root() const { return {app_.get(), notes_.get()}; }
 
+void CommandLine::add_group(const CommandGroup& group) {
+  CLI::App* const added = app_->add_subcommand(group.name, group.description);
+  added->footer(group.footer);
+  added->require_subcommand(1);
+  added->set_help_all_flag("--help-all", "Print this help with that of its commands");
+  notes_->groups[added] = group;
+}
+
 Command CommandLine::add_command(const std::string& name, const std::string& description) {
-  CLI::App* const command = app_->add_subcommand(name, description);
+  const std::size_t space = name.find(' ');
+  const bool is_member = space != std::string::npos;
+  CLI::App* const group = is_member ? app_->get_subcommand(name.substr(0, space)) : app_.get();
+  CLI::App* const command =
+      group->add_subcommand(is_member ? name.substr(space + 1) : name, description);
   command->set_help_all_flag("--help-all", "Print this help with the options of all groups");
   return {command, notes_.get()};
 }
@@ -553,19 +616,46 @@ ProgramUsage CommandLine::usage() const {
   ProgramUsage program{usage_of(*app_, *notes_), {}};
   for (const CLI::App* command : std::as_const(*app_).get_subcommands({})) {
     program.commands.push_back(usage_of(*command, *notes_));
+    for (const CLI::App* member : command->get_subcommands({})) {
+      program.commands.push_back(usage_of(*member, *notes_));
+    }
   }
   return program;
+}
+
+std::optional<int> CommandLine::find_command(std::vector<std::string>& words) const {
+  if (words.empty() || words.front().starts_with('-')) return std::nullopt;
+  const CLI::App* command = &command_named(*app_, words.front());
+  std::size_t first = 1;
+  if (const auto group = notes_->groups.find(command); group != notes_->groups.end()) {
+    const std::string& usual = group->second.usual;
+    if (words.size() == 1 && usual.empty()) {
+      print_error(command->help(app_->get_name()));
+      return kBadInput;
+    }
+    if (words.size() > 1 && is_help(words[1])) return std::nullopt;
+    if (words.size() > 1) refuse_replaced(group->second, words[1]);
+    if (!usual.empty() && (words.size() == 1 || words[1].starts_with('-'))) {
+      words.insert(words.begin() + 1, usual);
+    }
+    const CLI::App* const member = find_command_in(*command, words[1]);
+    if (member == nullptr) refuse_in_group(*command, group->second, words[1]);
+    command = member;
+    first = 2;
+  }
+  check_options(*command, words, first);
+  return std::nullopt;
 }
 
 std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   std::vector<std::string> words = as_parsed({argv + std::min(argc, 1), argv + argc});
   if (!words.empty() && words.front() == "help") {  // help COMMAND: COMMAND --help-all
     words.erase(words.begin());
-    words.emplace_back(words.empty() ? "--help" : "--help-all");
+    const bool is_group =
+        words.size() == 1 && notes_->groups.contains(find_command_in(*app_, words.front()));
+    words.emplace_back(words.empty() || is_group ? "--help" : "--help-all");
   }
-  if (!words.empty() && !words.front().starts_with('-')) {
-    check_options(command_named(*app_, words.front()), words);
-  }
+  if (const auto code = find_command(words)) return code;
   std::ranges::reverse(words);  // as CLI11 takes them
   try {
     app_->parse(std::move(words));

@@ -36,8 +36,20 @@ using Target = std::variant<std::string*, int*, std::uint64_t*, double*, std::op
 /// @throws InputError for a word that is no such value.
 void read_value(const std::string& word, const Target& target);
 
+/// A group of commands, such as "profile", whose commands have two words.
+struct CommandGroup {
+  std::string name;
+  std::string description;
+  std::string footer;
+  std::string usual = {};  ///< the command that is meant where none is named; empty: none is
+  /// Options that were commands' forerunners, with what stands in their place: {"--tune", "tune"}.
+  std::map<std::string, std::string> replaced = {};
+};
+
 /// What CLI11 has no place for.
 struct CommandNotes {
+  std::map<const CLI::App*, CommandGroup> groups;
+
   std::map<const CLI::Option*, std::string> examples;
   std::map<const CLI::Option*, Completion> completions;
   std::set<const CLI::Option*> numbers, repeated, not_in_jobs, outputs;
@@ -61,6 +73,8 @@ class Option {
   Option excludes(std::initializer_list<Option> others) const;
   /// Without `other` it would do nothing, and is refused.
   Option needs(const Option& other) const;
+  /// It must be given.
+  Option required() const;
   /// The value that holds without it, as the help shows it.
   Option default_text(const std::string& text) const;
 
@@ -149,6 +163,8 @@ class CommandLine {
 
   /// The program's own options.
   Command root() const;
+  void add_group(const CommandGroup& group);
+  /// @param name one word, or those of a group and of one of its commands.
   Command add_command(const std::string& name, const std::string& description);
   /// Adds --version. @param text is asked for only where the option is given: it may load
   /// libraries.
@@ -170,6 +186,10 @@ class CommandLine {
   std::vector<std::string> option_names() const;
 
  private:
+  /// Adds the usual command of a group where none is named. @return the exit code of a group
+  /// alone. @throws InputError where there is no such command or option, suggesting one.
+  std::optional<int> find_command(std::vector<std::string>& words) const;
+
   std::unique_ptr<CLI::App> app_;
   std::unique_ptr<CommandNotes> notes_;
 };

@@ -56,7 +56,7 @@ CommandUsage command_usage(const std::string& name) {
   ChosenCommand chosen;
   describe(program, chosen);
   for (CommandUsage& usage : program.usage().commands) {
-    if (usage.name == name) return usage;
+    if (usage.name == name && !usage.is_group()) return usage;
   }
   throw InputError(fmt::format("there is no command '{}'", name));
 }

@@ -1,18 +1,35 @@
-#include "doctor_matrix.hpp"
+/// qjulia doctor matrix: the checks under one setting of PoCL after the other.
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "base/temporary_folder.hpp"
 #include "base/text.hpp"
+#include "check_process.hpp"
 #include "child_output.hpp"
+#include "doctor_commands.hpp"
+#include "failure.hpp"
 #include "qjulia/driver_facts.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia::tools {
 namespace {
+
+struct MatrixRow {
+  std::string name;
+  std::map<std::string, std::string> environment;  ///< that the row sets
+  bool is_known = true;   ///< false: the driver said that it does not know the setting
+  nlohmann::json report;  ///< of doctor; null where there is none
+  std::string problem{};  ///< why there is none
+  std::vector<std::string> messages{};  ///< on standard error
+  bool has_passed() const { return report.is_object() && report.value("passed", false); }
+};
 
 /// Drivers of other releases ignore variables that they do not know: POCL_MAX_PTHREAD_COUNT is PoCL
 /// 3's, POCL_CPU_MAX_CU_COUNT PoCL 6's.
@@ -75,21 +92,28 @@ std::string failures(const MatrixRow& row) {
   return text;
 }
 
-}  // namespace
-
+/// Runs the checks of the device once for each setting, in a process and with a cache of its own.
+/// @param words further options of each, such as --programs.
+/// @throws InputError where the device is not PoCL's; Interrupted
 std::vector<MatrixRow> run_matrix(const Device& device, const std::vector<std::string>& words,
                                   Session& session) {
   if (!driver_facts(device).is_pocl) {
-    throw InputError(fmt::format(
-        "--matrix goes through settings of PoCL, and '{}' is a device of {}; choose one of PoCL's "
-        "with --device",
-        device.info().name, device.info().platform_name));
+    throw InputError(
+        fmt::format("the matrix goes through settings of PoCL, and '{}' is a device of {}; choose "
+                    "one of PoCL's "
+                    "with --device",
+                    device.info().name, device.info().platform_name));
   }
   std::vector<std::string> command = {
-      "/proc/self/exe", "doctor",
-      "--json",         "--quiet",
-      "--device",       fmt::format("{}:{}", device.info().platform, device.info().index),
-      "--layout",       to_string(device.layout())};
+      "/proc/self/exe",
+      "doctor",
+      "check",
+      "--json",
+      "--quiet",
+      "--device",
+      fmt::format("{}:{}", device.info().platform, device.info().index),
+      "--layout",
+      to_string(device.layout())};
   command.insert(command.end(), words.begin(), words.end());
   auto rows = settings();
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -100,6 +124,7 @@ std::vector<MatrixRow> run_matrix(const Device& device, const std::vector<std::s
   return rows;
 }
 
+/// A table, and what failed.
 std::string describe(const std::vector<MatrixRow>& rows) {
   std::string text = fmt::format("{:16} {:>10} {:>12} {:>13}  {}\n", "setting", "passed",
                                  "same digits", "built in", "environment");
@@ -131,7 +156,7 @@ std::string describe(const std::vector<MatrixRow>& rows) {
   return text + failed;
 }
 
-nlohmann::json to_json(const std::vector<MatrixRow>& rows) {
+nlohmann::json rows_json(const std::vector<MatrixRow>& rows) {
   nlohmann::json all = nlohmann::json::array();
   for (const MatrixRow& row : rows) {
     all.push_back(
@@ -144,6 +169,43 @@ nlohmann::json to_json(const std::vector<MatrixRow>& rows) {
          {"report", row.report}});
   }
   return all;
+}
+
+int run_doctor_matrix(const DoctorArguments& arguments, Session& session) {
+  const Device device = device_to_check(arguments, session);
+  std::vector<std::string> words = {"--seconds-per-check", std::to_string(arguments.most_seconds)};
+  if (!arguments.programs.empty()) {
+    chosen_checks(device, arguments.programs);  // there is such a program
+    words.insert(words.end(), {"--programs", arguments.programs});
+  }
+  const DriverFacts facts = driver_facts(device);
+  const auto rows = run_matrix(device, words, session);
+  std::vector<CheckSuite> suites;
+  suites.reserve(rows.size());
+  for (const MatrixRow& row : rows) suites.push_back({row.name, row.report, row.problem});
+  write_junit(arguments.junit, suites);
+  const bool has_passed = std::ranges::all_of(rows, &MatrixRow::has_passed);
+  nlohmann::json json{{"passed", has_passed}, {"settings", rows_json(rows)}};
+  add_device_facts(device, facts, json);
+  session.console.result(about(device, facts) + describe(rows) +
+                             (has_passed ? "every program works with every setting"
+                                         : "not every program works with every setting"),
+                         json);
+  return has_passed ? kDone : kFailed;
+}
+
+}  // namespace
+
+void add_doctor_matrix(CommandLine& program, ChosenCommand& chosen) {
+  add_command(program, chosen,
+              {"doctor matrix", "Check a device under one setting of PoCL after the other",
+               R"(Examples:
+  qjulia doctor matrix
+  qjulia doctor matrix --programs 'energy*' --junit doctor.xml    a suite for each setting
+The settings are PoCL's methods for work-groups, one thread, no specialisation, no optimiser, no
+cache. Each runs in a process and with an empty cache of its own, so that all compile everything.
+Exit code 1 when a program fails with any of them, 3 when there is no device.)"},
+              add_checks, run_doctor_matrix);
 }
 
 }  // namespace qjulia::tools

@@ -188,7 +188,7 @@ std::string junit_text(const std::vector<CheckSuite>& suites) {
 ReportComparison compare_reports(const nlohmann::json& before, const nlohmann::json& after) {
   const Report old = report_of(before, "A"), now = report_of(after, "B");
   if (before.contains("settings") != after.contains("settings")) {
-    throw InputError("only one of A and B was made with --matrix; make both in the same way");
+    throw InputError("only one of A and B was made by 'doctor matrix'; make both in the same way");
   }
   std::map<CheckKey, std::pair<const Result*, const Result*>> pairs;
   for (const auto& [key, result] : old.results) pairs[key].first = &result;

@@ -39,7 +39,7 @@ std::span<const ExitStatus> exit_statuses() {
                  "An option, its value or an input file cannot be used; nothing was computed."},
       ExitStatus{kNoDevice, "no usable device", "There is no OpenCL device, or none of that name."},
       ExitStatus{kUndecided, "undecided",
-                 "'profile compare' or 'profile --against' found no kernel slower and could not "
+                 "'profile compare' or 'profile against' found no kernel slower and could not "
                  "decide all of them, because the machine was busy or runs differ too much."},
       ExitStatus{kInterrupted, "interrupted",
                  "SIGINT, SIGTERM or SIGHUP came; a fit then saves what it reached."}};

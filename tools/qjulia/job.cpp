@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "base/text.hpp"
 #include "command_line.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
@@ -167,7 +168,7 @@ const OptionUsage* output_of(const CommandUsage& usage) {
 
 std::vector<std::string> words_of(const Job& job, const CommandUsage& usage,
                                   const std::string& output) {
-  std::vector<std::string> words{job.command};
+  std::vector<std::string> words = base::split(job.command, ' ');
   for (const OptionUsage& option : usage.options) {
     if (option.is_output && !output.empty()) {
       if (!option.is_positional) words.push_back(option.name);

@@ -3,18 +3,8 @@
 #include <fmt/format.h>
 
 #include "qjulia/error.hpp"
-#include "qjulia/orbit_settings.hpp"
-#include "setting_option.hpp"
 
 namespace qjulia::tools {
-
-void refuse(const std::vector<Option>& options, const char* why) {
-  std::string names;
-  for (const Option& option : options) {
-    if (option.given()) names += (names.empty() ? "" : ", ") + option.name();
-  }
-  if (!names.empty()) throw InputError(fmt::format("{}; leave out {}", why, names));
-}
 
 void add_verbosity(Command command, Verbosity& verbosity) {
   const Option quiet =
@@ -28,10 +18,6 @@ void add_verbosity(Command command, Verbosity& verbosity) {
             "Print the result as one JSON object on standard output; everything else goes to "
             "standard error")
       .not_in_job();
-}
-
-Option add_precision(Command command, Precision& precision, const std::string& description) {
-  return add_setting(command, with_help(precision_setting(), description), WordPlace(precision));
 }
 
 Option add_box(Command command, const std::string& name, std::optional<Box>& box,
@@ -53,36 +39,36 @@ Option add_vector(Command command, const std::string& name, std::optional<Eigen:
   return command.numbers(name, "X Y Z", take, description);
 }
 
-std::vector<Option> add_device(Command command, DeviceChoice& device) {
-  const Option name = command.add(
-      "--device", &device.name, "DEVICE",
-      "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
-      "part of a name. Default: $QJULIA_DEVICE, else what ranks first in 'qjulia devices'");
-  name.not_in_job().offers({"gpu", "cpu"});
+void add_device(Command command, DeviceChoice& device) {
+  command
+      .add("--device", &device.name, "DEVICE",
+           "Where to compute: gpu, cpu, P:D (platform and device number of 'qjulia devices') or "
+           "part of a name. Default: $QJULIA_DEVICE, else what ranks first in 'qjulia devices'")
+      .not_in_job()
+      .offers({"gpu", "cpu"});
   const auto set_layout = [&device](const std::string& layout) {
     if (layout != "auto" && layout != "cpu" && layout != "gpu") {
       throw InputError(fmt::format("'{}' is no layout; give auto, cpu or gpu", layout));
     }
     device.layout = layout;
   };
-  const Option layout = command.word(
-      "--layout", "LAYOUT", set_layout,
-      "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
-      "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else auto");
-  layout.not_in_job().offers({"auto", "cpu", "gpu"});
-  return {name, layout};
+  command
+      .word("--layout", "LAYOUT", set_layout,
+            "How kernels are cut into work-items: cpu (wide lanes), gpu (groups of work-items that "
+            "share local memory) or auto, what suits the device. Default: $QJULIA_LAYOUT, else "
+            "auto")
+      .not_in_job()
+      .offers({"auto", "cpu", "gpu"});
 }
 
-std::vector<Option> add_device_to_use(Command command, TrustedDevice& device) {
-  std::vector<Option> options = add_device(command, device);
-  options.push_back(
-      command
-          .flag("--trust-device", device.is_trusted,
-                "Use a GPU without the self-test that precedes its first use, which takes about a "
-                "second once for each driver and version. Programs whose build has crashed are "
-                "still left out")
-          .not_in_job());
-  return options;
+void add_device_to_use(Command command, TrustedDevice& device) {
+  add_device(command, device);
+  command
+      .flag("--trust-device", device.is_trusted,
+            "Use a GPU without the self-test that precedes its first use, which takes about a "
+            "second once for each driver and version. Programs whose build has crashed are still "
+            "left out")
+      .not_in_job();
 }
 
 void add_trace(Command command, std::string& file) {

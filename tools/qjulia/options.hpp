@@ -13,14 +13,8 @@
 
 namespace qjulia::tools {
 
-/// @throws InputError naming those of the options that were given.
-void refuse(const std::vector<Option>& options, const char* why);
-
 /// --quiet, --verbose, --json.
 void add_verbosity(Command command, Verbosity& verbosity);
-
-/// --precision.
-Option add_precision(Command command, Precision& precision, const std::string& description);
 
 /// Six numbers: a box's low corner and its high one, which is above it.
 Option add_box(Command command, const std::string& name, std::optional<Box>& box,
@@ -35,10 +29,10 @@ struct TrustedDevice : DeviceChoice {
   bool is_trusted = false;
 };
 
-/// --device and --layout. @return both
-std::vector<Option> add_device(Command command, DeviceChoice& device);
-/// The same, and --trust-device, for commands that compute. @return all three
-std::vector<Option> add_device_to_use(Command command, TrustedDevice& device);
+/// --device and --layout.
+void add_device(Command command, DeviceChoice& device);
+/// The same, and --trust-device, for commands that compute.
+void add_device_to_use(Command command, TrustedDevice& device);
 
 /// --trace.
 void add_trace(Command command, std::string& file);

@@ -1,24 +1,38 @@
-#include "profile_against.hpp"
+/// qjulia profile against: this program and another build of it, profiled in turns.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/setting_json.hpp"
 #include "benchmark/alternated.hpp"
 #include "child_output.hpp"
 #include "failure.hpp"
+#include "profile_commands.hpp"
 #include "profile_compare.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/profile_settings.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 namespace {
 
+struct AgainstArguments {
+  std::string other;  ///< the other build's program
+  MeasuredArguments measured;
+  ComparisonArguments comparison;
+};
+
 /// This program, however it was found.
 constexpr const char* kThisProgram = "/proc/self/exe";
 
+constexpr double kUsualLimit = 300;  ///< seconds
+
 /// A profile that failed, with an error of the kind that its exit code names.
 [[noreturn]] void throw_failure(const std::string& program, const ChildOutput& child) {
-  const std::string what = fmt::format("'{} profile' ended with code {}: {}", program,
+  const std::string what = fmt::format("'{} profile measure' ended with code {}: {}", program,
                                        child.exit_code, child.err.substr(0, child.err.find('\n')));
   switch (child.exit_code) {
     case kInterrupted:
@@ -29,7 +43,7 @@ constexpr const char* kThisProgram = "/proc/self/exe";
       throw Error(what);
     case kDone:
       throw InputError(
-          fmt::format("'{} profile' printed no profile; give a build of qjulia", program));
+          fmt::format("'{} profile measure' printed no profile; give a build of qjulia", program));
     default:
       throw InputError(what);
   }
@@ -37,7 +51,7 @@ constexpr const char* kThisProgram = "/proc/self/exe";
 
 nlohmann::json profile_once(const std::string& program, std::vector<std::string> words,
                             const std::stop_token& stop) {
-  words.insert(words.begin(), {program, "profile"});
+  words.insert(words.begin(), {program, "profile", "measure"});
   words.insert(words.end(), {"--json", "--quiet"});
   const ChildOutput child = child_output(words, stop);
   nlohmann::json json = nlohmann::json::parse(child.out, nullptr, false);
@@ -47,24 +61,40 @@ nlohmann::json profile_once(const std::string& program, std::vector<std::string>
   return json;
 }
 
-/// Builds older than the option cannot leave out kernels that are decided.
-bool can_choose_kernels(const std::string& program, const std::stop_token& stop) {
-  const ChildOutput help = child_output({program, "profile", "--help"}, stop);
-  return help.out.find("--kernels") != std::string::npos;
+/// What both programs get after 'profile measure'.
+std::vector<std::string> words_of(const MeasuredArguments& arguments) {
+  std::vector<std::string> words;
+  for (const std::filesystem::path& file : inputs_of(arguments)) words.push_back(file.string());
+  const auto add = [&](const std::string& option, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {option, value});
+  };
+  nlohmann::json usual, given;
+  base::add_json(usual, profile_settings(), ProfileOptions());
+  base::add_json(given, profile_settings(), arguments.options);
+  for (const std::string_view name : kSettingsOfMeasuring) {
+    const Setting& setting = setting_named(profile_settings(), name, "profiles");
+    const nlohmann::json& value = given[setting.name];
+    if (name == "time_limit" || value == usual[setting.name]) continue;
+    add("--" + setting.option(), value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  add("--kernels", arguments.kernels);
+  add("--device", arguments.device.name);
+  add("--layout", arguments.device.layout);
+  return words;
 }
 
-}  // namespace
-
-int profile_against(const AgainstArguments& arguments, Session& session) {
+int run_against(const AgainstArguments& arguments, Session& session) {
+  session.check_outputs(inputs_of(arguments.measured), {});
+  arguments.measured.options.validate();
+  const benchmark::ComparisonOptions comparison = arguments.comparison.checked();
+  const double limit = arguments.measured.options.time_limit.value_or(kUsualLimit);
   const std::stop_token stop = session.interrupts.token();
-  const bool chooses = !arguments.names_kernels && can_choose_kernels(arguments.other, stop);
+  const std::vector<std::string> given = words_of(arguments.measured);
   const auto once = [&](const std::string& program) {
-    return [&, program](const std::vector<std::string>& names) {
-      std::vector<std::string> words = arguments.words;
-      if (chooses && !names.empty()) {
-        std::string list;
-        for (const std::string& name : names) list += (list.empty() ? "" : ",") + name;
-        words.insert(words.end(), {"--kernels", list});
+    return [&, program](const std::vector<std::string>& open) {
+      std::vector<std::string> words = given;
+      if (arguments.measured.kernels.empty() && !open.empty()) {
+        words.insert(words.end(), {"--kernels", fmt::format("{}", fmt::join(open, ","))});
       }
       return profile_once(program, words, stop);
     };
@@ -72,14 +102,41 @@ int profile_against(const AgainstArguments& arguments, Session& session) {
   benchmark::Alternation builds;
   builds.old_build = once(arguments.other);
   builds.new_build = once(kThisProgram);
-  builds.is_over = [&] { return session.seconds() > arguments.seconds; };
+  builds.is_over = [&] { return session.seconds() > limit; };
   builds.on_round = [&](int rounds, std::size_t open) {
     session.console.note(
         fmt::format("round {}: {} kernels undecided, {:.0f} s", rounds, open, session.seconds()));
   };
-  const auto found = benchmark::compare_alternated(builds, arguments.comparison);
-  return show_comparison(found.comparison, arguments.comparison,
+  const auto found = benchmark::compare_alternated(builds, comparison);
+  return show_comparison(found.comparison, comparison,
                          {found.rounds, found.least_rounds, session.seconds()}, session);
+}
+
+void describe_against(Command command, AgainstArguments& a) {
+  command.input("PROGRAM", a.other, "Another build of qjulia, the older one").offers_files();
+  add_measured_files(command, a.measured);
+  add_kernels(command, a.measured);
+  add_comparison(command, a.comparison);
+  std::vector<std::string_view> names = kSettingsOfMeasuring;
+  std::erase(names, "time_limit");
+  add_measured(command, a.measured, names);
+  Setting limit = setting_named(profile_settings(), "time_limit", "profiles");
+  limit.help = "Time after which it ends, also where kernels are undecided";
+  limit.left_out = fmt::format("{}", kUsualLimit);
+  add_setting(command, limit, &a.measured.options.time_limit);
+}
+
+}  // namespace
+
+void add_profile_against(CommandLine& program, ChosenCommand& chosen) {
+  add_command(program, chosen,
+              {"profile against", "Compare the kernels of two builds, measured in turns",
+               std::string(R"(Example:
+  qjulia profile against old/qjulia --time-limit 120
+Profiles both builds in turns, each time in a new process, until every kernel is decided or time
+is up. )") + kComparisonHelp,
+               /*can_trace=*/false},
+              describe_against, run_against);
 }
 
 }  // namespace qjulia::tools

@@ -1,3 +1,5 @@
+/// qjulia profile compare: two profiles, kernel by kernel.
+
 #include "profile_compare.hpp"
 
 #include <fmt/format.h>
@@ -8,6 +10,7 @@
 
 #include "failure.hpp"
 #include "files.hpp"
+#include "profile_commands.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -34,23 +37,66 @@ std::string advice(const benchmark::ProfileComparison& comparison, const Rounds&
   const bool has_too_little = std::ranges::any_of(
       comparison.kernels, [](const benchmark::KernelComparison& k) { return !k.ratio; });
   if (!has_too_little) {
-    return rounds.made > 0 ? "undecided; profile again on an idle machine, or with more --seconds"
-                           : "undecided; profile again on an idle machine, or with more --repeats";
+    return rounds.made > 0
+               ? "undecided; profile again on an idle machine, or with more --time-limit"
+               : "undecided; profile again on an idle machine, or with more --repeats";
   }
   return fmt::format(
       "undecided: too little data; a confidence of {} in {} kernels takes {} rounds, and the time "
-      "was enough for {}; give --seconds {:.0f} or more, fewer --kernels, or a lower --confidence",
+      "was enough for {}; give --time-limit {:.0f} or more, fewer --kernels, or a lower "
+      "--confidence",
       confidence, comparison.kernels.size(), rounds.least, rounds.made,
       std::ceil(1.2 * rounds.seconds / rounds.made * rounds.least));
 }
 
+struct CompareProfilesArguments : ComparisonArguments {
+  std::string before, after;
+};
+
+int run_compare_profiles(const CompareProfilesArguments& arguments, Session& session) {
+  session.check_outputs({arguments.before, arguments.after}, {});
+  const benchmark::ComparisonOptions options = arguments.checked();
+  const nlohmann::json old = read_report(arguments.before, "OLD");
+  const nlohmann::json now = read_report(arguments.after, "NEW");
+  return show_comparison(benchmark::compare_profiles(old, now, options), options, {}, session);
+}
+
+void describe_compare_profiles(Command command, CompareProfilesArguments& a) {
+  command.input("OLD", a.before, "A --json report of 'qjulia profile measure'")
+      .offers_files({".json"});
+  command.input("NEW", a.after, "A later one").offers_files({".json"});
+  add_comparison(command, a);
+}
+
 }  // namespace
 
-int compare_profiles(const std::string& before, const std::string& after,
-                     const benchmark::ComparisonOptions& options, Session& session) {
-  const nlohmann::json old = read_report(before, "OLD");
-  const nlohmann::json now = read_report(after, "NEW");
-  return show_comparison(benchmark::compare_profiles(old, now, options), options, {}, session);
+const char* const kComparisonHelp =
+    "The time of each run is multiplied by the multiply-add limit measured right after it; on a\n"
+    "busy machine, CPU seconds and the limit in a CPU second are used instead.\n"
+    "A kernel is slower if the lower bound of its slowdown is over 2 %. Exit code 0: no kernel is\n"
+    "slower; 1: some are; 4: undecided, because the machine was busy or runs differ too much.";
+
+benchmark::ComparisonOptions ComparisonArguments::checked() const {
+  benchmark::ComparisonOptions made = options;
+  if (across_drivers) made.across = benchmark::Across::drivers;
+  if (across_devices) made.across = benchmark::Across::devices;
+  made.validate();
+  return made;
+}
+
+void add_comparison(Command command, ComparisonArguments& arguments) {
+  command.add("--confidence", &arguments.options.confidence, "NUMBER",
+              "The confidence for all kernels together. With 0.95, at most one comparison in "
+              "twenty wrongly calls a kernel slower");
+  const Option drivers =
+      command.flag("--across-drivers", arguments.across_drivers,
+                   "Compare two drivers, or two versions of one, on one machine. Driver, platform "
+                   "and the device's name may differ");
+  command
+      .flag("--across-devices", arguments.across_devices,
+            "Compare although device, driver, layout, width, precision or tuning differ, and say "
+            "so")
+      .excludes({drivers});
 }
 
 int show_comparison(const benchmark::ProfileComparison& comparison,
@@ -90,6 +136,18 @@ int show_comparison(const benchmark::ProfileComparison& comparison,
       break;
   }
   return kDone;
+}
+
+void add_profile_compare(CommandLine& program, ChosenCommand& chosen) {
+  add_command(program, chosen,
+              {"profile compare", "Say which kernels became slower, without measuring",
+               std::string(R"(Examples:
+  qjulia profile measure --json > before.json
+  qjulia profile compare before.json after.json
+Takes two --json reports and compares all runs of each kernel, with bounds. )") +
+                   kComparisonHelp,
+               /*can_trace=*/false},
+              describe_compare_profiles, run_compare_profiles);
 }
 
 }  // namespace qjulia::tools

@@ -1,19 +1,11 @@
 #pragma once
-/// qjulia profile compare: two profiles, kernel by kernel.
-
-#include <string>
+/// What `qjulia profile compare` and `against` show.
 
 #include "benchmark/profile_comparison.hpp"
+#include "command_line.hpp"
 #include "session.hpp"
 
 namespace qjulia::tools {
-
-/// Shows what became of each kernel from the profile in file `before` to that in `after`.
-/// @return kDone when none is slower, kFailed when any is, kUndecided when the machine was too busy
-/// or runs differ too much.
-/// @throws InputError naming the file that cannot be read, or what cannot be compared.
-int compare_profiles(const std::string& before, const std::string& after,
-                     const benchmark::ComparisonOptions& options, Session& session);
 
 /// The rounds that a comparison has measured itself.
 struct Rounds {
@@ -22,7 +14,24 @@ struct Rounds {
   double seconds = 0;  ///< that those which were made took
 };
 
-/// Shows a comparison. @return as above.
+/// What a comparison is made with.
+struct ComparisonArguments {
+  benchmark::ComparisonOptions options;
+  bool across_drivers = false, across_devices = false;
+
+  /// @throws InputError
+  benchmark::ComparisonOptions checked() const;
+};
+
+/// --confidence, --across-drivers, --across-devices.
+void add_comparison(Command command, ComparisonArguments& arguments);
+
+/// How verdicts are found and what the exit codes are, for the help.
+extern const char* const kComparisonHelp;
+
+/// Shows a comparison.
+/// @return kDone when none is slower, kFailed when any is, kUndecided when the machine was too busy
+/// or runs differ too much.
 int show_comparison(const benchmark::ProfileComparison& comparison,
                     const benchmark::ComparisonOptions& options, const Rounds& rounds,
                     Session& session);

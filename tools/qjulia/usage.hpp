@@ -35,11 +35,16 @@ struct OptionUsage {
   Completion completion;
 };
 
+/// A command, or a group of commands, which does nothing itself.
 struct CommandUsage {
-  std::string name;
+  std::string name;  ///< its words, such as "profile compare"
   std::string description;
   std::string footer;
-  std::vector<OptionUsage> options;  ///< in the help's order
+  std::vector<OptionUsage> options;       ///< in the help's order
+  std::vector<std::string> members = {};  ///< of a group: the last words of its commands
+  std::string usual = {};  ///< of a group: the member that is meant where none is named
+
+  bool is_group() const { return !members.empty(); }
 
   /// "--device": whether it is one of the options.
   bool has(const std::string& option) const;
@@ -47,7 +52,7 @@ struct CommandUsage {
 
 struct ProgramUsage {
   CommandUsage root;
-  std::vector<CommandUsage> commands;
+  std::vector<CommandUsage> commands;  ///< a group stands before its commands
 };
 
 }  // namespace qjulia::tools

@@ -33,10 +33,10 @@ or of a newer version is refused; in a cache it is not used.
 | `format` | `version` | file | written by | read by |
 |---|---|---|---|---|
 | `qjulia-map` | 1, or 2 where the map needs it | [a map](map-format.md) | `fit`, `batch`, `explore`, `shape`, `paint`, `portals`, `convert` | every command that takes a map |
-| `qjulia-shared-tuning` | 1 | settings of a device, for another machine | `profile --export` | `profile --import` |
-| `qjulia-tuning` | 1 | settings of a device, in the cache ([environment](environment.md#files)) | `profile --tune`, `profile --import` | every command that uses the device |
+| `qjulia-shared-tuning` | 1 | settings of a device, for another machine | `profile export` | `profile import` |
+| `qjulia-tuning` | 1 | settings of a device, in the cache ([environment](environment.md#files)) | `profile tune`, `profile import` | every command that uses the device |
 | `qjulia-program` | 1 | a compiled program, in the cache: one line of JSON, then the binary | every command that uses the device | the same |
-| `qjulia-checkpoint` | | the state of a fit, as CBOR after a checksum; it belongs to the program that wrote it | `fit`, `batch` | `fit --resume`, `batch --resume` |
+| `qjulia-checkpoint` | | the state of a fit, as CBOR after a checksum; it belongs to the program that wrote it | `fit`, `batch run` | `fit --resume`, `batch run --resume` |
 
 A folder of `batch` has `batch.json`, `summary.json` and a `NAME.status.json` for each entry
 ([batch](../guide/batch.md)). `--trace FILE.json` writes the Trace Event Format, which [Perfetto](https://ui.perfetto.dev)

@@ -1,0 +1,48 @@
+#pragma once
+/// What a batch does with an entry: a mesh in, a map, a surface and a picture out.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "batch/batch.hpp"
+#include "qjulia/device.hpp"
+#include "qjulia/fit.hpp"
+#include "qjulia/map.hpp"
+#include "qjulia/mesh.hpp"
+#include "qjulia/picture.hpp"
+#include "qjulia/progress.hpp"
+#include "qjulia/tuning_cache.hpp"
+
+namespace qjulia::tools {
+
+class FitWorker {
+ public:
+  explicit FitWorker(CachedTuning kept);
+
+  batch::EntryResult operator()(const batch::BatchEntry& entry, const std::filesystem::path& folder,
+                                const ProgressMonitor& monitor) const;
+
+ private:
+  FitResult fit_resumable(const TriangleMesh& mesh, FitOptions options,
+                          const std::filesystem::path& checkpoint,
+                          const ProgressMonitor& monitor) const;
+  TriangleMesh surface(const batch::BatchEntry& entry, const Map& map,
+                       const ProgressMonitor& monitor) const;
+  /// Figures at each n that the entry is compared at.
+  nlohmann::json comparisons(const batch::BatchEntry& entry, const TriangleMesh& mesh,
+                             const Map& map, const ProgressMonitor& monitor) const;
+  Image picture(const batch::BatchEntry& entry, const Map& map,
+                const ProgressMonitor& monitor) const;
+
+  Device device_;
+  std::string tuning_warning_;
+};
+
+/// Hashes of the mesh's bytes and of every option the results depend on.
+batch::FitKey fit_key(const batch::BatchEntry& entry);
+
+/// For the summary: every option, and the version of the program.
+nlohmann::json settings(const batch::BatchEntry& entry);
+
+}  // namespace qjulia::tools
