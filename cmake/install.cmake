@@ -36,8 +36,8 @@ foreach(part mesh fit picture all shared)
 endforeach()
 
 # What rooms of that part declare, and what these headers include (lint.headers builds each alone).
-set(field_headers box colors detail detail_choice device distance_grid driver_facts energy error field file_types
-    kernel_resources knob_table knobs label_check lamp map map_file modulus opencl orbit_settings paint portal progress
+set(field_headers box colors cut detail detail_choice device distance_grid driver_facts energy error field file_types
+    kernel_resources knob_table knobs label_check lamp map map_file material_range modulus opencl orbit_settings paint portal progress
     provenance quaternion rotation sample sample_settings setting slope
     trace tuning tuning_cache up_axis version versor)
 list(TRANSFORM field_headers PREPEND ${PROJECT_SOURCE_DIR}/include/qjulia/)

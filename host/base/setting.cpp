@@ -26,6 +26,7 @@ std::optional<double> number_in(const std::optional<Value>* value) {
   return *value ? number_in(&**value) : std::nullopt;
 }
 
+std::optional<double> number_in(const SizePlace&) { return std::nullopt; }
 std::optional<double> number_in(const DetailChoice* detail) {
   const auto* const number = std::get_if<double>(detail);
   return number != nullptr ? std::optional(*number) : std::nullopt;
@@ -81,6 +82,11 @@ std::size_t Setting::index_of(std::string_view word) const {
   const auto found = std::ranges::find(words, word);
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
   throw InputError(fmt::format("'{}' is not known; give one of: {}", word, fmt::join(words, ", ")));
+}
+
+std::string option_of(const Setting& setting, const ValuePlace& place) {
+  const auto* const flag = std::get_if<bool*>(&place);
+  return flag != nullptr && **flag ? "no-" + setting.option() : setting.option();
 }
 
 void expect_in_range(const Setting& setting, const ValuePlace& place) {

@@ -36,6 +36,8 @@ json json_of(const std::vector<Lamp>& lamps) {
   }
   return all;
 }
+json json_of(const std::vector<Cut>& cuts) { return to_string(cuts); }
+json json_of(const MaterialRange& range) { return range.values(); }
 json json_of(const Palette& palette) {
   json names = json::array();
   for (const Rgb& stop : palette.stops) names.push_back(color_name(stop));
@@ -52,6 +54,7 @@ class ValueJson {
   explicit ValueJson(const Setting& setting) : setting_(setting) {}
 
   json operator()(const WordPlace& value) const { return setting_.words.at(value.index()); }
+  json operator()(const SizePlace& size) const { return {*size.width, *size.height}; }
   template <class Value>
   json operator()(const Value* value) const {
     return json_of(*value);

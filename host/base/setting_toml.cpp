@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "qjulia/error.hpp"
+#include "qjulia/picture.hpp"
 
 namespace qjulia::base {
 namespace {
@@ -41,6 +44,17 @@ class TomlValue {
       value->push_back(lamp_from(lamp.value<std::string>().value_or("")));
     }
   }
+  void operator()(std::optional<MaterialRange>* value) const {
+    const toml::array* const list = node_.as_array();
+    if (list == nullptr) throw InputError("give a list of numbers");
+    std::vector<double> values;
+    for (const toml::node& each : *list) {
+      values.push_back(each.value<double>().value_or(std::numeric_limits<double>::quiet_NaN()));
+    }
+    *value = range_of(values);
+    (*value)->validate();
+  }
+  void operator()(const SizePlace&) const { throw InputError("it cannot stand in a file"); }
   template <class Value>
   void operator()(Value*) const {
     throw InputError("it cannot stand in a file");

@@ -70,7 +70,7 @@ double shade(const Device& device, Precision precision) {
   PictureOptions options;
   options.width = 64;
   options.height = 48;
-  options.samples_per_axis = 1;
+  options.samples = 1;
   options.precision = precision;
   const PictureLayers layers = layered_render(device, unit_ball(), options).layers;
   constexpr int kMargin = 3;

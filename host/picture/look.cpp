@@ -30,7 +30,7 @@ std::optional<std::string_view> look_text(std::string_view name) {
 
 /// The names of settings that may stand in a look.
 std::vector<std::string> keys() {
-  std::vector<std::string> names{"description", "ground"};
+  std::vector<std::string> names{"description"};
   for (const PictureSetting& setting : picture_settings()) {
     if (setting.is_of_look) names.push_back(setting.name);
   }
@@ -50,12 +50,6 @@ std::vector<std::string> palette_words(const toml::node& node) {
 /// Sets one key's value.
 void apply(PictureOptions& options, std::string_view key, const toml::node& node) {
   if (key == "description") return;
-  if (key == "ground") {
-    const auto value = node.value_exact<bool>();
-    if (!value) throw InputError("give true or false");
-    options.ground = *value;
-    return;
-  }
   const std::vector<std::string> known = keys();
   if (std::ranges::find(known, key) == known.end()) {
     throw InputError(fmt::format("it is not known here; a look has {}", fmt::join(known, ", ")));

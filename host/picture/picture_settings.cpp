@@ -15,16 +15,71 @@ namespace {
 
 /// What is drawn of the set.
 std::vector<PictureSetting> field_settings() {
-  Setting iterations = iterations_setting();
-  iterations.group = "Fractal";
-  iterations.controls = {{.name = "iterations",
-                          .label = "iterations",
-                          .help = "",
-                          .least = iterations.least,
-                          .most = iterations.most,
-                          .step = 1,
-                          .is_whole = true}};
-  return {{{std::move(iterations), [](PictureOptions& p) -> ValuePlace { return &p.iterations; }}}};
+  std::vector<PictureSetting> made;
+  for (auto& setting : orbit_settings<PictureOptions>()) {
+    if (setting.name == "iterations") {
+      setting.group = "Fractal";
+      setting.controls = {{.name = "iterations",
+                           .label = "iterations",
+                           .help = "",
+                           .least = setting.least,
+                           .most = setting.most,
+                           .step = 1,
+                           .is_whole = true}};
+    }
+    if (setting.name == "box") {
+      setting.help = "Part of space to look at, shape units; the set is cut open at its faces";
+    }
+    made.push_back({setting});
+  }
+  made.push_back({{{.name = "cut",
+                    .values = "AXIS=PLACE",
+                    .example = "z=90%",
+                    .help = "Cut away what lies beyond a place along an axis, and show the inside: "
+                            "a coordinate, shape units, or per cent of the shape's box; several "
+                            "with commas, x=0.2,z=50%",
+                    .interpolation = Interpolation::none},
+                   [](PictureOptions& p) -> ValuePlace { return &p.cuts; }}});
+  made.push_back(
+      {{{.name = "keep_loose",
+         .example = "",
+         .help = "Draw all connected parts of the set. Default: parts less than a hundredth as "
+                 "large as the largest are left out, as 'qjulia surface' does",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.keep_loose; }}});
+  made.push_back(
+      {{{.name = "exact",
+         .example = "",
+         .help = "Compute every orbit, instead of looking iterates up in tables where that moves "
+                 "what is seen by no more than about an eighth of a pixel: up to three times "
+                 "slower for maps of many factors",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.exact; }}});
+  return made;
+}
+
+/// The pixels.
+std::vector<PictureSetting> pixel_settings() {
+  constexpr int kMostSamples = 8;
+  return {
+      {{{.name = "size",
+         .values = "WxH",
+         .unit = "pixels",
+         .example = "16x12",
+         .help = "Width and height in pixels",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace {
+          return SizePlace{&p.width, &p.height};
+        }}},
+      {{{.name = "samples",
+         .values = "INT",
+         .least = 1,
+         .most = kMostSamples,
+         .example = "1",
+         .help = "Anti-aliasing: N x N rays per pixel",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.samples; }}},
+  };
 }
 
 /// Where the camera is.
@@ -188,6 +243,22 @@ std::vector<PictureSetting> light_settings() {
          .controls =
              {{.name = "palette", .label = "palette", .help = "", .words = palette_names()}}},
         [](PictureOptions& p) -> ValuePlace { return &p.palette; }}},
+      {{{.name = "range",
+         .values = "LOW,...,HIGH",
+         .left_out = "the palette is spread so that each part of it is seen about as much as any "
+                     "other; a series of pictures is treated as one",
+         .example = "0,0.2,0.5,1",
+         .help = "The values of `material` at which the palette begins and ends, and between "
+                 "these the values that divide it into equal parts; without any it is spread "
+                 "evenly. The note in a picture holds its range; give it again to keep the "
+                 "colours in other pictures, maps and meshes",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.range; }}},
+      {{{.name = "ground",
+         .example = "",
+         .help = "The ground under the set, with its shadow",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.ground; }}},
       {{{.name = "background",
          .values = "studio|transparent|COLOUR",
          .example = "203040",
@@ -334,7 +405,8 @@ std::vector<PictureSetting> matter_settings() {
 
 std::vector<PictureSetting> made_settings() {
   std::vector<PictureSetting> all;
-  for (const auto part : {field_settings, camera_place_settings, camera_frame_settings}) {
+  for (const auto part :
+       {field_settings, pixel_settings, camera_place_settings, camera_frame_settings}) {
     std::ranges::move(part(), std::back_inserter(all));
   }
   for (const auto part : {light_settings, matter_settings}) {

@@ -195,7 +195,6 @@ void expect_color(const char* field, const Rgb& color) {
 void PictureOptions::validate() const {
   for (const int side : {width, height}) base::expect_between("size", side, 1, 16384, "pixels");
   expect_in_ranges(picture_settings(), *this);
-  base::expect_between("samples_per_axis", samples_per_axis, 1, 8);
   base::expect_finite("azimuth", camera.azimuth);
   map::expect_box(box);
   light.validate();
@@ -277,7 +276,7 @@ struct Studio::Impl {
   /// @param camera with a place of its own.
   View view_of(const Camera& camera) const {
     return camera_view(in_scene(camera, to_scene), framed, options.width, options.height,
-                       options.samples_per_axis);
+                       options.samples);
   }
   bool has_material() const { return options.material != Material::clay; }
   /// About so many of a view's rays, and their depths.
@@ -350,7 +349,7 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
                  .interpolates_images = !is_draft && !options.exact,
                  .rays = is_draft ? 0.0
                                   : static_cast<double>(options.width) * options.height *
-                                        options.samples_per_axis * options.samples_per_axis,
+                                        options.samples * options.samples,
                  .keeps_loose = options.keep_loose};
   if (options.box) set.framed = map.frame.shape_to_map.to_map(*options.box);
   set.cells = static_cast<int>(set.cells * std::sqrt(fineness));
@@ -664,7 +663,7 @@ void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamp
 }
 
 std::vector<View> Studio::Impl::views_of(const Camera& camera) {
-  const int samples = options.samples_per_axis;
+  const int samples = options.samples;
   const View view = view_of(camera);
   if (camera.aperture == 0) return {view};
   const View pixels = view.coarse();

@@ -267,7 +267,7 @@ class JobList {
     picture.iterations = options_.iterations.value_or(kPictureIterations);
     picture.width = std::max(16, static_cast<int>(std::lround(160 * scale)));
     picture.height = std::max(12, static_cast<int>(std::lround(120 * scale)));
-    picture.samples_per_axis = 1;
+    picture.samples = 1;
     picture.precision = options_.precision;
     const auto rays =
         static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);

@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "qjulia/colors.hpp"
+#include "qjulia/cut.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/light.hpp"
+#include "qjulia/material_range.hpp"
 #include "qjulia/matter.hpp"
 #include "qjulia/mesh.hpp"
 #include "qjulia/progress.hpp"
@@ -61,13 +63,6 @@ struct Camera {
   std::optional<Eigen::Vector3d> focus{};
 };
 
-/// A plane across an axis, beyond which the set is cut away.
-struct Cut {
-  char axis = 'z';          ///< x, y or z
-  double at = 0;            ///< along the axis: shape units, or per cent of the shape's box
-  bool is_percent = false;  ///< what `at` is
-};
-
 /// What gives the set its colour. Detail that is finer than a pixel is averaged.
 enum class Material {
   clay,        ///< one colour
@@ -83,27 +78,13 @@ enum class Material {
 /// for other materials. @throws OptionError naming `palette`.
 Palette palette_from(std::span<const std::string> words, Material material);
 
-/// The values of a material that the palette goes through.
-struct MaterialRange {
-  static constexpr std::size_t kMostValues = 64;
-  double low = 0, high = 1;  ///< where it begins and ends
-  /// Rising values between these, which together with them divide the palette into equal parts: one
-  /// value stands at its middle, three stand at its quarters. Without any, the palette is spread
-  /// evenly.
-  std::vector<double> between{};
-
-  std::vector<double> values() const;  ///< all of them, rising
-  void validate() const;               ///< @throws OptionError naming `range`
-  friend bool operator==(const MaterialRange&, const MaterialRange&) = default;
-};
-
 struct PictureOptions {
   int width = 1280;
   int height = 960;
   int iterations = 6;
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
-  int samples_per_axis = 2;  ///< anti-aliasing: its square rays a pixel
+  int samples = 2;  ///< anti-aliasing: its square rays a pixel
   Precision precision =
       Precision::single;  ///< arithmetic of rays and orbits; double where the device has it
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.

@@ -14,9 +14,11 @@
 #include <vector>
 
 #include "qjulia/box.hpp"
+#include "qjulia/cut.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/lamp.hpp"
+#include "qjulia/material_range.hpp"
 #include "qjulia/quaternion.hpp"
 #include "qjulia/rotation.hpp"
 #include "qjulia/up_axis.hpp"
@@ -81,11 +83,18 @@ class WordPlace {
   void (*set_)(void*, std::size_t);
 };
 
+/// A picture's size in pixels, which users give as WIDTHxHEIGHT.
+struct SizePlace {
+  int* width;
+  int* height;
+};
+
 /// Where a setting's value stands in its struct. Whatever reads or shows values of all settings is
 /// a visitor of this. An optional value may be left out.
 using ValuePlace =
-    std::variant<bool*, int*, std::uint64_t*, double*, std::string*, WordPlace, DetailChoice*,
-                 Quaternion*, Palette*, Background*, std::vector<Lamp>*, std::optional<LightColor>*,
+    std::variant<bool*, int*, std::uint64_t*, double*, std::string*, WordPlace, SizePlace,
+                 DetailChoice*, Quaternion*, Palette*, Background*, std::vector<Lamp>*,
+                 std::vector<Cut>*, std::optional<MaterialRange>*, std::optional<LightColor>*,
                  std::optional<int>*, std::optional<std::uint64_t>*, std::optional<double>*,
                  std::optional<Eigen::Vector3d>*, std::optional<Quaternion>*,
                  std::optional<Rotation>*, std::optional<Box>*, std::optional<UpAxis>*>;
@@ -139,6 +148,10 @@ const auto& setting_named(const Table& table, std::string_view name, const char*
   }
   throw InputError("there is no setting '" + std::string(name) + "' of " + what);
 }
+
+/// The option that gives the setting another value than `place` has: "no-ground" where the setting
+/// holds unless it is turned off, else `Setting::option`.
+std::string option_of(const Setting& setting, const ValuePlace& place);
 
 /// @throws OptionError naming the setting if a number is out of its range; numbers that are left
 /// out are in range.

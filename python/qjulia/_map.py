@@ -531,7 +531,7 @@ def quadratic_map(c):
     return Map._of(_core.quadratic_map(c))
 
 
-@with_settings(_core.picture_settings())
+@with_settings(_core.picture_settings(), all_of_them=True)
 def render(subject, *, layers=False, framed=None, device=None, on_progress=None, **options):
     """A picture of a map's set, or of a mesh in the same light.
 
@@ -539,27 +539,7 @@ def render(subject, *, layers=False, framed=None, device=None, on_progress=None,
     ----------
     subject : Map or mesh
         See `fit` for what a mesh can be.
-    size : (int, int), optional
-        Width and height in pixels. They are 1280 and 960.
     settings
-    range : sequence of float, optional
-        Rising values of the material: the palette begins at the first, ends at the last, and is
-        divided into equal parts by those in between. By default, the palette is spread so that each
-        part of it is seen about as much as any other.
-    ground : bool, optional
-        Whether there is ground under the set, with its shadow.
-    samples : int, optional
-        Its square is the number of rays a pixel. It is 2.
-    box : array, (2, 3), optional
-        Only this part of the set is drawn, cut open, and framed.
-    cuts : dict, optional
-        Planes beyond which the set is cut away, such as ``{"z": "50%"}`` or ``{"x": 0.2}``.
-    keep_loose : bool, optional
-        Whether pieces are drawn that hang on nothing.
-    exact : bool, optional
-        Whether every orbit is computed instead of looked up.
-    escape : float, optional
-    precision : {"single", "double"}, optional
     layers : bool, optional
         Whether what the pixels show is wanted, too.
     framed : array, (2, 3), or Map, optional

@@ -12,6 +12,10 @@ def _kind(row):
     kind, values = row["type"], row["values"]
     if "ArrayLike" in kind:
         return f"array, {values}"
+    if "Tuple" in kind:
+        return "(int, int)"
+    if "Mapping" in kind:
+        return "str or dict"
     if "_Detail" in kind:
         return 'float or {"auto", "smooth", "clear", "wild"}'
     if "Sequence" in kind:

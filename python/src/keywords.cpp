@@ -9,8 +9,7 @@ namespace qjulia::python {
 namespace {
 
 /// The library's names that Python spells otherwise.
-constexpr std::array<std::pair<const char*, const char*>, 2> kOwnNames{
-    {{"iterations", "n"}, {"samples_per_axis", "samples"}}};
+constexpr std::array<std::pair<const char*, const char*>, 1> kOwnNames{{{"iterations", "n"}}};
 
 }  // namespace
 

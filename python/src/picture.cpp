@@ -17,21 +17,6 @@
 namespace py = pybind11;
 
 namespace qjulia::python {
-namespace {
-
-void take_size(Keywords& keywords, PictureOptions& options) {
-  const auto given = keywords.argument("size");
-  if (!given) return;
-  const auto size = py::reinterpret_borrow<py::object>(given);
-  if (!py::isinstance<py::sequence>(size) || py::len(size) != 2) {
-    throw py::value_error("size must be (width, height) in pixels, not " + shown(given));
-  }
-  read(size[py::int_(0)], "size", options.width);
-  read(size[py::int_(1)], "size", options.height);
-}
-
-}  // namespace
-
 void take_palette(Keywords& keywords, PictureOptions& options) {
   const auto given = keywords.argument("palette");
   if (!given) return;
@@ -62,44 +47,10 @@ void take_settings(Keywords& keywords, PictureOptions& options) {
   take_palette(keywords, options);
 }
 
-void take_cuts(Keywords& keywords, PictureOptions& options) {
-  const auto given = keywords.argument("cuts");
-  if (!given) return;
-  if (!py::isinstance<py::dict>(given)) {
-    throw py::type_error("cuts must be a dict such as {\"z\": 0.2} or {\"z\": \"50%\"}, not " +
-                         shown(given));
-  }
-  for (const auto& [key, place] : py::reinterpret_borrow<py::dict>(given)) {
-    Cut cut;
-    read_word(key, "cuts", cut.axis, {{"x", 'x'}, {"y", 'y'}, {"z", 'z'}});
-    py::object number = py::reinterpret_borrow<py::object>(place);
-    if (py::isinstance<py::str>(place)) {
-      const py::str text = number;
-      if (!text.attr("endswith")("%").cast<bool>()) {
-        throw py::value_error("cuts: " + shown(place) + " is no place such as 0.2 or \"50%\"");
-      }
-      cut.is_percent = true;
-      number = py::module_::import("builtins").attr("float")(text[py::slice(0, -1, 1)]);
-    }
-    read(number, "cuts", cut.at);
-    options.cuts.push_back(cut);
-  }
-}
-
 PictureOptions picture_options(const py::dict& given) {
   PictureOptions options;
   Keywords keywords("render", given);
-  take_size(keywords, options);
   take_settings(keywords, options);
-  take_cuts(keywords, options);
-  keywords.take("ground", options.ground);
-  keywords.take("range", options.range);
-  keywords.take("samples", options.samples_per_axis);
-  keywords.take("box", options.box);
-  keywords.take("escape", options.escape);
-  keywords.take("precision", options.precision);
-  keywords.take("keep_loose", options.keep_loose);
-  keywords.take("exact", options.exact);
   keywords.expect_no_more();
   options.validate();
   return options;

@@ -4,6 +4,7 @@
 
 #include "keywords.hpp"
 #include "qjulia/colors.hpp"
+#include "qjulia/picture.hpp"
 #include "values.hpp"
 
 namespace py = pybind11;
@@ -53,6 +54,12 @@ class ShownOf {
   Shown operator()(const std::vector<Lamp>*) const {
     return {"Union[str, Sequence[Any]]", py::tuple()};
   }
+  Shown operator()(const SizePlace& size) const {
+    return {"Tuple[int, int]", py::make_tuple(*size.width, *size.height)};
+  }
+  Shown operator()(const std::vector<Cut>*) const {
+    return {"Union[str, Mapping[str, Union[float, str]]]", py::str()};
+  }
   Shown operator()(const std::optional<LightColor>*) const { return none("str", false); }
   Shown operator()(const std::optional<int>*) const { return none("SupportsIndex", true); }
   Shown operator()(const std::optional<std::uint64_t>*) const {
@@ -93,6 +100,14 @@ class ReadArgument {
     std::size_t index = 0;
     read_word(given_, name_, index, words);
     value.set(index);
+  }
+  void operator()(const SizePlace& size) const {
+    const auto pair = py::reinterpret_borrow<py::object>(given_);
+    if (!py::isinstance<py::sequence>(pair) || py::len(pair) != 2) {
+      throw py::value_error(name_ + " must be (width, height) in pixels, not " + shown(given_));
+    }
+    read(pair[py::int_(0)], name_, *size.width);
+    read(pair[py::int_(1)], name_, *size.height);
   }
   void operator()(Palette*) const {
     throw py::type_error(name_ + " is read together with the material");

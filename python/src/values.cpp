@@ -180,6 +180,21 @@ void read(const py::handle& given, const std::string& name, Background& value) {
   value = from_text(given, name, background_from);
 }
 
+void read(const py::handle& given, const std::string& name, std::vector<Cut>& value) {
+  if (py::isinstance<py::str>(given)) {
+    value = from_text(given, name, cuts_from);
+    return;
+  }
+  if (!py::isinstance<py::dict>(given)) {
+    throw_type(name, "text such as \"z=50%\", or a dict such as {\"z\": \"50%\"}", given);
+  }
+  value.clear();
+  for (const auto& [axis, place] : py::reinterpret_borrow<py::dict>(given)) {
+    const py::str word = py::str("{}={}").format(axis, place);
+    for (const Cut& cut : from_text(word, name, cuts_from)) value.push_back(cut);
+  }
+}
+
 void read(const py::handle& given, const std::string& name, MaterialRange& value) {
   const auto length =
       py::isinstance<py::sequence>(given) || py::isinstance<py::array>(given) ? py::len(given) : 0;

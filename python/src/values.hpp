@@ -38,6 +38,8 @@ void read(const pybind11::handle& given, const std::string& name, std::vector<La
 void read(const pybind11::handle& given, const std::string& name, LightColor& value);
 void read(const pybind11::handle& given, const std::string& name, Background& value);
 void read(const pybind11::handle& given, const std::string& name, MaterialRange& value);
+/// "z=50%,x=0.2", or a dict such as {"z": "50%", "x": 0.2}.
+void read(const pybind11::handle& given, const std::string& name, std::vector<Cut>& value);
 void read(const pybind11::handle& given, const std::string& name, Precision& value);
 /// A number, or "auto", "smooth", "clear" or "wild".
 void read(const pybind11::handle& given, const std::string& name, DetailChoice& value);

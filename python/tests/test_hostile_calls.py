@@ -68,7 +68,7 @@ def calls(map, torus, device):
         "colours' material": lambda x: map.surface_colors(torus, material=x, n=1, device=device),
         "size": lambda x: qjulia.render(map, size=x, device=device),
         "palette": lambda x: qjulia.render(map, size=(4, 4), palette=x, device=device),
-        "cuts": lambda x: qjulia.render(map, size=(4, 4), cuts=x, device=device),
+        "cut": lambda x: qjulia.render(map, size=(4, 4), cut=x, device=device),
         "new factors": lambda x: map.with_factors(x),
         "a path": lambda x: qjulia.load(x),
         "a map's text": lambda x: qjulia.Map.from_json(x),

@@ -12,15 +12,7 @@ FEW = {"factors": 9, "max_evaluations": 2, "schedule": "fast"}
 QUERY = {"n": 2, "space": "map", "precision": "double", "escape": 30}
 PRINT = {"height": 40, "flat_foot": 1, "shell": 4, "drain": 2}
 LOOK = {"size": (16, 12), "background": "transparent", "ground": False, "samples": 1}
-OF_MAP = {
-    "range": (0, 1),
-    "box": [[-2, -2, -2], [2, 2, 2]],
-    "cuts": {"z": "90%"},
-    "keep_loose": True,
-    "exact": True,
-    "escape": 60,
-    "precision": "double",
-}
+OF_MAP = {"range": (0, 1), "box": [[-2, -2, -2], [2, 2, 2]], "cut": {"z": "90%"}}
 SCHEDULE = """
 evaluations = 2
 [[level]]

@@ -203,7 +203,7 @@ def test_a_picture_is_the_same(command, fitted_file, map, tmp_path, device):
         lamp=[(-40, 30, 1.5, "3200K"), "100,20,0.5"],
         metal=0.5,
         background="transparent",
-        cuts={"z": "50%"},
+        cut={"z": "50%"},
         device=device,
     )
     assert np.array_equal(ours, np.asarray(image.open(tmp_path / "set.png")))

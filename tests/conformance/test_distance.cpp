@@ -259,7 +259,7 @@ TEST_CASE("a picture of a ball by its distance is that of a ball by a root") {
   const Map exact = exact_map(distance_device(), shapes::sphere(4), options);
   PictureOptions picture;
   picture.width = picture.height = 48;
-  picture.samples_per_axis = 1;
+  picture.samples = 1;
   picture.iterations = 1;
   const Image image = render(distance_device(), exact, picture);
   Map root;

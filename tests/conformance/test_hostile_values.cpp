@@ -246,7 +246,7 @@ PictureOptions small_picture() {
   PictureOptions options;
   options.width = options.height = 8;
   options.iterations = 2;
-  options.samples_per_axis = 1;
+  options.samples = 1;
   return options;
 }
 
@@ -652,7 +652,7 @@ TEST_CASE("hostile numbers in options are refused or do no harm") {
     for (PictureOptions options : pictures) {
       options.width = options.height = 8;
       options.iterations = 2;
-      options.samples_per_axis = 1;
+      options.samples = 1;
       survives("of_drafts", [&] {
         Studio::of_drafts(on_device(), map, options).layered_picture(options.camera);
       });
@@ -851,7 +851,7 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
     });
     survives("PictureOptions", [&] {
       PictureOptions options;
-      options.width = options.height = options.samples_per_axis = n;
+      options.width = options.height = options.samples = n;
       options.validate();
     });
     survives("NoiseVersor", [&] { NoiseVersor{.octaves = n}.validate(); });
@@ -1013,6 +1013,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
       });
     }
   }
+  refuses("range_of", [] { range_of({}); });
   for (const std::string& text : {std::string(), std::string(1, '\0'), std::string(1000, '\xff'),
                                   std::string("{}"), std::string("nan")}) {
     refuses("original_from_bytes", [&] { original_from_bytes(text, "a text"); });
@@ -1027,6 +1028,8 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("index_of", [&] { exact_settings().back().index_of(text); });
     refuses("light_color_from", [&] { light_color_from(text); });
     refuses("lamp_from", [&] { lamp_from(text); });
+    refuses("cuts_from", [&] { cuts_from(text); });
+    refuses("range_from", [&] { range_from(text); });
     refuses("background_from", [&] { background_from(text); });
     refuses("palette_from", [&] { palette_from(std::span(&text, 1), Material::trap); });
     refuses("look_description", [&] { look_description(text); });
@@ -1039,6 +1042,8 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
       apply_built_in_look(options, text);
     });
     survives("names", [&] {
+      bool flag = !text.empty();
+      CHECK(option_of({.name = text, .example = "", .help = ""}, &flag).ends_with(text));
       static_cast<void>(color_named(text));
       static_cast<void>(rig_named(static_cast<RigName>(text.size())));
       static_cast<void>(palette_named(text));

@@ -16,7 +16,7 @@ namespace {
 
 PictureOptions ball_options() {
   PictureOptions options = test::picture_of(48, 36);
-  options.samples_per_axis = 1;
+  options.samples = 1;
   return options;
 }
 

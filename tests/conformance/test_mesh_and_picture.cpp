@@ -95,7 +95,7 @@ TEST_CASE("meshes have the normals of pictures") {
   const Map map = rough_map();
   PictureOptions options;
   options.width = options.height = 200;
-  options.samples_per_axis = 1;
+  options.samples = 1;
   options.keep_loose = true;
   options.ground = false;
   const PictureLayers layers = layered_render(test::shared_device(), map, options).layers;

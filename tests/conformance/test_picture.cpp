@@ -32,7 +32,7 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   CAPTURE(width, iterations);
   PictureOptions options = test::picture_of(320, 240);
   options.iterations = iterations;
-  options.samples_per_axis = 1;
+  options.samples = 1;
   options.camera.look_at = map.frame.box->center();
   options.camera.distance = 12;
   const Image image = render(test::with_width(width), map, options);
@@ -54,7 +54,7 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
 TEST_CASE("pictures without loose pieces hide nothing else", "[slow]") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(80, 60);
-  options.samples_per_axis = 1;
+  options.samples = 1;
   const Image plain = render(device, check::unit_ball(), options);
   options.keep_loose = true;
   CHECK(render(device, check::unit_ball(), options).pixels == plain.pixels);
@@ -208,7 +208,7 @@ TEST_CASE("layers hold what each pixel shows, in the shape's coordinates") {
   const auto [width, height, samples] =
       GENERATE(table<int, int, int>({{40, 30, 1}, {40, 30, 2}, {100, 80, 8}}));
   PictureOptions options = test::picture_of(width, height);
-  options.samples_per_axis = samples;
+  options.samples = samples;
   options.camera.look_at = Vector3d(0, -0.5, 0);
   options.camera.distance = 2.5;
   const auto [image, layers] = layered_render(test::shared_device(), map, options);
@@ -525,7 +525,7 @@ TEST_CASE("materials have no grain, however near or far") {
   // A part of the surface, in the middle at every zoom.
   options.camera.look_at = Eigen::Vector3d(0.35, 0.35, 0.8);
   const Image image = render(device, map, options);
-  options.samples_per_axis *= 2;
+  options.samples *= 2;
   CHECK(test::mean_difference(image, render(device, map, options)) < 3);
 }
 
@@ -589,7 +589,7 @@ TEST_CASE("specks that hang on nothing do not move the camera") {
 TEST_CASE("a cut face shows rings in the colours of the material, or of clay") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(96, 72);
-  options.samples_per_axis = 1;
+  options.samples = 1;
   options.camera.azimuth = options.camera.elevation = 0;
   options.cuts = {{'z', 0, false}};
   for (const Material material : {Material::clay, Material::groove, Material::iterations}) {
@@ -650,12 +650,12 @@ TEST_CASE("a map says what is up in its pictures, unless the camera does") {
 TEST_CASE("a picture counts the pixels that show the set") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(40, 30);
-  options.samples_per_axis = 1;
+  options.samples = 1;
   const auto [image, layers] = layered_render(device, check::unit_ball(), options);
   const auto seen = std::ranges::count_if(layers.depth, [](float d) { return std::isfinite(d); });
   CHECK(image.covered == static_cast<std::size_t>(seen));
   CHECK(image.covered > 100);
-  options.samples_per_axis = 3;
+  options.samples = 3;
   CHECK(render(device, check::unit_ball(), options).covered > image.covered);
   Map map = check::unit_ball();
   map.dynamics.slice = 50;

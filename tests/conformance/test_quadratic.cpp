@@ -123,7 +123,7 @@ TEST_CASE("q² has the unit ball for its set, in surfaces and pictures") {
   }
   PictureOptions picture;
   picture.width = picture.height = 32;
-  picture.samples_per_axis = 1;
+  picture.samples = 1;
   map.frame.box = Box{{-0.75, -0.5, -0.5}, {0.25, 0.5, 0.5}};
   const Image ball = render(quadratic_device(), map, picture);
   Map same;

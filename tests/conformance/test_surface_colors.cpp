@@ -159,7 +159,7 @@ TEST_CASE("a mesh has the colours of pictures of the same map") {
   PictureOptions options;
   options.width = 96;
   options.height = 72;
-  options.samples_per_axis = 1;
+  options.samples = 1;
   options.camera.zoom = 2.5;
   options.keep_loose = true;
   options.material = material;

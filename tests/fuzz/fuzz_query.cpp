@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const auto view = qjulia::explore::read_view(query);
     if (qjulia::explore::read_view(query).studio_text != view.studio_text) std::abort();
-    if (view.picture.width > 16384 || view.picture.samples_per_axis > 4) std::abort();
+    if (view.picture.width > 16384 || view.picture.samples > 4) std::abort();
   } catch (const qjulia::InputError&) {
   }
   try {

@@ -210,8 +210,8 @@ TEST_CASE("bad option values are refused") {
   surface("--palette", {"ember"});  // what a mesh without colours has none of
   surface("--palette", {"ember", "--material", "clay"});
   surface("--palette", {"nosuch", "--material", "trap"});
-  surface("--range", {"0", "1"});
-  surface("--range", {"1", "0", "--material", "trap"});
+  surface("--range", {"0,1"});
+  surface("--range", {"1,0", "--material", "trap"});
   for (const char* type : {"stl", "off"}) {
     const std::string out = folder / (std::string("out.") + type);
     check_refused(folder, {"surface", map, "-o", out, "--material", "trap"},
@@ -255,7 +255,7 @@ TEST_CASE("bad option values are refused") {
                 {"render", map, "-o", folder / "out.png", "--material", "trap", "--palette", "f80"},
                 "--palette");
   for (const Arguments& given :
-       {Arguments{"--range", "0", "1"}, Arguments{"--material", "trap", "--range", "1", "0"}}) {
+       {Arguments{"--range", "0,1"}, Arguments{"--material", "trap", "--range", "1,0"}}) {
     Arguments all = {"render", map, "-o", folder / "out.png"};
     all.insert(all.end(), given.begin(), given.end());
     check_refused(folder, all, "range");

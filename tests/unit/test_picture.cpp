@@ -140,7 +140,7 @@ TEST_CASE("options that make no picture are refused by name") {
   refused([](auto& o) { o.width = 0; }, "size");
   refused([](auto& o) { o.height = 100000; }, "size");
   refused([](auto& o) { o.iterations = 17; }, "iterations");
-  refused([](auto& o) { o.samples_per_axis = 0; }, "samples");
+  refused([](auto& o) { o.samples = 0; }, "samples");
   refused([&](auto& o) { o.camera.azimuth = nan; }, "azimuth");
   refused([&](auto& o) { o.camera.elevation = nan; }, "elevation");
   refused([](auto& o) { o.camera.zoom = -1; }, "zoom");

@@ -45,7 +45,7 @@ TEST_CASE("what goes wrong is told, and the worker goes on") {
   CHECK(bad->wait(10s) == Job::End::failed);
   CHECK(bad->bytes() == "no such thing");
   const auto option = worker.ask("one", Length::picture, [](Job&) -> std::string {
-    throw OptionError("samples_per_axis", "give 1 to 8");
+    throw OptionError("samples", "give 1 to 8");
   });
   CHECK(option->wait(10s) == Job::End::failed);
   CHECK(option->bytes() == "samples: give 1 to 8");

@@ -63,12 +63,15 @@ class FormOf {
     const Lamp key = rig_named(RigName::studio).lamps.front();
     return {"lamp", {key.azimuth, key.elevation, key.strength}};
   }
+  Form operator()(const SizePlace&) const { return none(); }
   template <class Value>
   Form operator()(const Value*) const {
-    throw Error("pages have no control for " + setting_.name);
+    return none();
   }
 
  private:
+  [[noreturn]] Form none() const { throw Error("pages have no control for " + setting_.name); }
+
   const Setting& setting_;
 };
 

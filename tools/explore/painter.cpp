@@ -42,7 +42,7 @@ Camera steady(Studio& studio, const Camera& camera) {
 
 Studio Painter::new_studio(const ViewRequest& view, const std::stop_token& stop) {
   PictureOptions options = view.picture;
-  options.keep_loose = keep_loose_;
+  options.keep_loose = options.keep_loose || keep_loose_;
   if (view.shows_mesh) {
     if (mesh_ == nullptr) throw InputError("there is no mesh here, but a map");
     return {device_, *mesh_, mesh_->box(), options};

@@ -61,6 +61,14 @@ class ReadText {
   void operator()(bool* value) const { *value = query_flag(text_); }
   void operator()(std::string* value) const { *value = text_; }
   void operator()(const WordPlace& value) const { value.set(setting_.index_of(text_)); }
+  void operator()(const SizePlace& size) const {
+    const std::size_t x = text_.find('x');
+    if (x == std::string_view::npos) throw InputError("give WIDTHxHEIGHT");
+    *size.width = query_number<int>(text_.substr(0, x));
+    *size.height = query_number<int>(text_.substr(x + 1));
+  }
+  void operator()(std::vector<Cut>* value) const { *value = cuts_from(std::string(text_)); }
+  void operator()(MaterialRange* value) const { *value = range_from(std::string(text_)); }
   void operator()(DetailChoice* value) const {
     const auto word = detail_word_named(text_);
     *value = word ? DetailChoice(*word) : DetailChoice(query_number<double>(text_));
@@ -123,10 +131,8 @@ void read_setting(std::string_view text, const Setting& setting, const ValuePlac
 
 void read_size(std::string_view text, ViewRequest& view) {
   PictureOptions& picture = view.picture;
-  const std::size_t x = text.find('x');
-  if (x == std::string_view::npos) throw InputError("give WIDTHxHEIGHT");
-  picture.width = query_number<int>(text.substr(0, x));
-  picture.height = query_number<int>(text.substr(x + 1));
+  const PictureSetting& setting = picture_setting_named("size");
+  read_setting(text, setting, setting.place(picture));
   const bool is_sane = picture.width > 0 && picture.height > 0 && picture.width <= 16384 &&
                        picture.height <= ViewRequest::kMostPixels / picture.width;
   if (!is_sane) {
@@ -136,7 +142,7 @@ void read_size(std::string_view text, ViewRequest& view) {
 }
 
 void read_samples(std::string_view text, ViewRequest& view) {
-  int& samples = view.picture.samples_per_axis;
+  int& samples = view.picture.samples;
   samples = query_number<int>(text);
   if (samples < 1 || samples > ViewRequest::kMostSamples) {
     throw InputError(fmt::format("give 1 to {}", ViewRequest::kMostSamples));
@@ -169,13 +175,6 @@ Part part_of(const PictureSetting& setting) {
           }};
 }
 
-/// Cuts away what lies beyond a per cent of the shape's box.
-Part cut(char axis) {
-  return {Changes::studio, [axis](std::string_view text, ViewRequest& view) {
-            view.picture.cuts.push_back({axis, query_number<double>(text), true});
-          }};
-}
-
 using Parts = std::map<std::string, Part, std::less<>>;
 
 const Parts& parts() {
@@ -187,10 +186,7 @@ const Parts& parts() {
          {Changes::camera, [](auto text, auto& view) { view.is_steady = query_flag(text); }}},
         {"size", {Changes::size, read_size}},
         {"samples", {Changes::studio, read_samples}},
-        {"shows", {Changes::studio, read_shows}},
-        {"cut-x", cut('x')},
-        {"cut-y", cut('y')},
-        {"cut-z", cut('z')}};
+        {"shows", {Changes::studio, read_shows}}};
     for (const Knob& knob : knob_table()) made.emplace(knob.option(), part_of(knob));
     for (const PictureSetting& setting : picture_settings()) {
       made.emplace(setting.option(), part_of(setting));
@@ -269,7 +265,7 @@ std::string names_of(const Table& table) {
 /// @param names that the request may have.
 ViewRequest view_of(const Query& query, const std::string& names) {
   ViewRequest view;
-  view.picture.samples_per_axis = 1;
+  view.picture.samples = 1;
   std::string size_text;
   // A look first, so that other settings hold over it.
   std::vector<std::pair<std::string, std::string>> given(query.begin(), query.end());
@@ -322,7 +318,6 @@ MakeRequest read_make(Query query) {
 
 std::string message_of(const OptionError& error) {
   std::string name = error.field();
-  if (name == "samples_per_axis") name = "samples";
   std::ranges::replace(name, '_', '-');
   return fmt::format("{}: {}", name, error.problem());
 }

@@ -51,7 +51,7 @@ struct MakeRequest {
 /// `resolution`, `millimetres`, `frames`. @throws InputError naming what is wrong
 MakeRequest read_make(Query query);
 
-/// What is wrong with an option, under its name in a query: "samples_per_axis" is "samples".
+/// What is wrong with an option, under its name in a query: "look_at" is "look-at".
 std::string message_of(const OptionError& error);
 
 }  // namespace qjulia::explore

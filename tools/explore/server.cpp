@@ -336,7 +336,7 @@ struct Server::Impl {
     http.Get("/make", [this](const auto& request, auto& response) {
       answer(request, response, Job::Length::long_job, [this](const Query& query) -> Work {
         MakeRequest wanted = read_make(query);
-        wanted.view.picture.keep_loose = painter.keeps_loose();
+        if (painter.keeps_loose()) wanted.view.picture.keep_loose = true;
         return [this, wanted](Job& job) {
           const Map map = painter.turned(wanted.view);
           ProgressMonitor monitor;

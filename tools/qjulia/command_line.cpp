@@ -483,7 +483,8 @@ Option Command::output(const std::string& names, OutputName& target,
 }
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) const {
-  return {app_->add_flag(names, target, description), notes_};
+  const auto take = [&target, given = !target](std::int64_t) { target = given; };
+  return {app_->add_flag_function(names, take, description), notes_};
 }
 
 Option Command::numbers(const std::string& names, const std::string& type,

@@ -120,6 +120,7 @@ class Command {
   /// options are read; such a file must be new.
   Option output(const std::string& names, OutputName& target, std::function<std::string()> named,
                 const std::string& type, const std::string& description) const;
+  /// Given, it makes `target` what it was not.
   Option flag(const std::string& names, bool& target, const std::string& description) const;
   /// A word that `take` reads. @param take throws InputError saying what is wrong with it.
   Option word(const std::string& names, const std::string& type,

@@ -116,7 +116,7 @@ void describe_compare(Command command, CompareArguments& a) {
                 "of four pictures with a scale")
           .names_output()
           .offers_files({".png"});
-  add_size(command, a.view).needs(picture);
+  add_picture_setting(command, "size", a.view).needs(picture);
   for (const Option& option : add_camera(command, a.view)) option.needs(picture);
   add_map_options(command, a.map_options, setting_named(compare_settings(), "box", "comparisons"));
   add_device_to_use(command, a.device);

@@ -14,11 +14,8 @@ namespace {
 
 /// The option that sets a field of an options struct: "max_evaluations" is "--max-evaluations".
 std::string option_name(std::string field) {
-  constexpr std::array<std::pair<const char*, const char*>, 4> kOthers{
-      {{"balls", "--ball"},
-       {"blocks", "--block"},
-       {"lane_width", "--width"},
-       {"samples_per_axis", "--samples"}}};
+  constexpr std::array<std::pair<const char*, const char*>, 2> kOthers{
+      {{"balls", "--ball"}, {"blocks", "--block"}}};
   for (const auto& [name, option] : kOthers) {
     if (field == name) return option;
   }

@@ -76,11 +76,12 @@ std::string page_state(const nlohmann::json& made) {
                                     base::percent_encoded(value, ",")));  // "+" would be a space
       }
     }
-    for (const nlohmann::json& cut : picture.at("cuts")) {
-      if (cut.at("unit") != "percent") continue;
-      words.push_back(fmt::format("cut{}={}",
-                                  base::percent_encoded(cut.at("axis").get<std::string>()),
-                                  base::percent_encoded(cut.at("at").dump())));
+    if (const auto text = picture.at("cut").get<std::string>(); !text.empty()) {
+      for (const Cut& cut : cuts_from(text)) {
+        if (!cut.is_percent) continue;
+        words.push_back(
+            fmt::format("cut{}={}", cut.axis, base::percent_encoded(fmt::format("{}", cut.at))));
+      }
     }
   } catch (const nlohmann::json::exception&) {
     return {};  // another version's note

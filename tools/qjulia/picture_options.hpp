@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "command_line.hpp"
@@ -10,8 +11,8 @@
 
 namespace qjulia::tools {
 
-/// --size.
-Option add_size(Command command, PictureOptions& options);
+/// The option of one of the settings of pictures.
+Option add_picture_setting(Command command, std::string_view name, PictureOptions& options);
 
 /// --azimuth, --elevation, --zoom, --look-at, --distance, --frame, --field-of-view, --aperture,
 /// --focus, --up.
@@ -21,12 +22,6 @@ std::vector<Option> add_camera(Command command, PictureOptions& options);
 /// too.
 Option add_look_name(Command command, PictureOptions& options);
 
-/// --material.
-Option add_material(Command command, PictureOptions& options);
-
-/// --range and --range-between.
-std::vector<Option> add_range(Command command, std::optional<MaterialRange>& range);
-
 /// --palette, for materials of several colours or of one.
 Option add_palette(Command command, std::optional<std::string>& palette,
                    const std::string& description);
@@ -34,18 +29,8 @@ Option add_palette(Command command, std::optional<std::string>& palette,
 /// As `palette_from`, with commas between colours.
 Palette palette_of(const std::string& text, Material material);
 
-struct LookOptions {
-  std::optional<std::string> palette;
-  bool no_ground = false;
-};
-
-/// The settings of light and matter, --no-ground, --palette, --keep-loose, --range and
-/// --range-between. Both
-/// objects must outlive the option and must not be moved.
-void add_look(Command command, LookOptions& look, PictureOptions& options);
-
-/// The picture's options with the look that was given; their material is set before.
-/// @throws InputError naming the option.
-PictureOptions with_look(PictureOptions options, const LookOptions& look);
+/// The settings of light and matter, --keep-loose and --palette. Both objects must outlive the
+/// options and must not be moved.
+void add_look(Command command, std::optional<std::string>& palette, PictureOptions& options);
 
 }  // namespace qjulia::tools

@@ -258,12 +258,8 @@ Job frame_job(Job job, const View& asked, const View& drawn) {
     if (!used.contains(setting.name)) continue;
     set(setting.name, usual.at(setting.name), used.at(setting.name));
   }
-  if (drawn.picture.range && drawn.picture.range != asked.picture.range) {
-    job.options["range"] = {drawn.picture.range->low, drawn.picture.range->high};
-    job.options.erase("range_between");
-    if (const auto& between = drawn.picture.range->between; !between.empty()) {
-      job.options["range_between"] = fmt::format("{}", fmt::join(between, ","));
-    }
+  if (job.options.contains("range") && !job.options["range"].is_string()) {
+    job.options["range"] = fmt::format("{}", fmt::join(drawn.picture.range->values(), ","));
   }
   return job;
 }

@@ -13,6 +13,7 @@
 #include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/fit_settings.hpp"
+#include "qjulia/orbit_settings.hpp"
 #include "qjulia/picture_settings.hpp"
 #include "qjulia/version.hpp"
 
@@ -116,22 +117,11 @@ void write_picture(const Image& image, const std::filesystem::path& path, const 
 }
 
 nlohmann::json to_json(const PictureOptions& options) {
-  nlohmann::json cuts = nlohmann::json::array();
-  for (const Cut& cut : options.cuts) {
-    cuts.push_back({{"axis", std::string(1, cut.axis)},
-                    {"at", cut.at},
-                    {"unit", cut.is_percent ? "percent" : "shape"}});
-  }
-  nlohmann::json json = {{"width", options.width},
-                         {"height", options.height},
-                         {"samples", options.samples_per_axis},
-                         {"cuts", cuts},
-                         {"keep_loose", options.keep_loose},
-                         {"exact", options.exact},
-                         {"ground", options.ground}};
+  nlohmann::json json;
   base::add_json(json, picture_settings(), options);
-  json.erase("iterations");  // the map's options have them
-  if (options.range) json["range"] = options.range->values();
+  for (const auto& setting : orbit_settings<PictureOptions>()) {
+    json.erase(setting.name);  // the map's options have them
+  }
   if (options.material == Material::clay) {
     json["palette"] = nlohmann::json::array({color_name(options.palette.clay)});
   }

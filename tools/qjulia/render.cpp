@@ -35,30 +35,15 @@ struct RenderArguments {
   std::string layers;  ///< prefix of their files; empty: none
   bool preview = false, no_map = false;
   MapOptions map_options;
-  LookOptions look;
+  std::optional<std::string> palette;
   PictureOptions options;
   std::vector<Option> camera;
   std::optional<Option> material;
 };
 
-/// "z=50%,x=0.2": axes, and where they are cut.
-std::vector<Cut> parse_cuts(const std::string& text) {
-  std::vector<Cut> cuts;
-  for (std::string word : base::split(text, ',')) {
-    if (word.size() < 3 || word[0] < 'x' || word[0] > 'z' || word[1] != '=') {
-      throw InputError(fmt::format("'{}' is not AXIS=PLACE, such as z=50% or x=0.2", word));
-    }
-    Cut cut{word[0], 0, word.back() == '%'};
-    if (cut.is_percent) word.pop_back();
-    cut.at = finite_number(word.substr(2));
-    cuts.push_back(cut);
-  }
-  return cuts;
-}
-
 PictureOptions checked_options(const RenderArguments& arguments) {
-  PictureOptions options =
-      checked(with_look(arguments.options, arguments.look), arguments.map_options);
+  PictureOptions options = checked(arguments.options, arguments.map_options);
+  if (arguments.palette) options.palette = palette_of(*arguments.palette, options.material);
   auto given = arguments.map_options.given();
   if (!options.cuts.empty()) given.emplace_back("--cut");
   if (!given.empty()) expect_map(given.front(), arguments.input);
@@ -163,7 +148,7 @@ void draw_preview(const Device& device, const Scene& scene, const RenderArgument
   const int reduction = std::max(kReduction, (options.width + kWidest - 1) / kWidest);
   options.width = std::max(1, options.width / reduction);
   options.height = std::max(1, options.height / reduction);
-  options.samples_per_axis = 1;
+  options.samples = 1;
   const Image image =
       studio_of(device, scene, options, session).picture(options.camera, session.monitor());
   const auto path = preview_path(arguments.output.path);
@@ -407,14 +392,10 @@ void describe_render(Command command, RenderArguments& a) {
           "-o,--output", a.output, [&a] { return named_after(a.input, ".png"); }, "PICTURE",
           "Picture to write: .png." + named_text("input", ".png"))
       .offers_files({".png"});
-  add_size(command, a.options);
-  command.add("--samples", &a.options.samples_per_axis, "INT",
-              "Anti-aliasing: N x N rays per pixel");
+  add_picture_setting(command, "size", a.options);
+  add_picture_setting(command, "samples", a.options);
   a.camera = add_camera(command, a.options);
-  command.word(
-      "--cut", "AXIS=PLACE", [&a](const std::string& text) { a.options.cuts = parse_cuts(text); },
-      "Cut away what lies beyond a place along an axis, and show the inside: a coordinate, shape "
-      "units, or per cent of the shape's box; several with commas, x=0.2,z=50%");
+  add_picture_setting(command, "cut", a.options);
   command.word(
       "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep.sweep = text; },
       std::string("Pictures for several values of one option, NAME=FROM:TO:COUNT or NAME=A,B,C: a "
@@ -425,7 +406,7 @@ void describe_render(Command command, RenderArguments& a) {
            "The same for N azimuths once around, 2 to 10000: the shape turns under steady light")
       .range(2, 10000);
   add_look_name(command, a.options);
-  a.material = add_material(command, a.options);
+  a.material = add_picture_setting(command, "material", a.options);
   command
       .file("--aov", a.layers, "PREFIX",
             "Also write what each pixel shows: PREFIX.depth.npy (along the ray from the camera, "
@@ -440,14 +421,9 @@ void describe_render(Command command, RenderArguments& a) {
             "First write a rough picture, up to 320 wide, as NAME.preview.png; it goes when the "
             "picture is done")
       .not_in_job();
-  command.flag(
-      "--exact", a.options.exact,
-      "Compute every orbit, instead of looking iterates up in tables where that moves what "
-      "is seen by no more than about an eighth of a pixel: up to three times slower for maps of "
-      "many factors");
-  add_look(command, a.look, a.options);
-  Setting box = box_setting();
-  box.help = "Part of space to look at, shape units; the set is cut open at its faces";
+  add_picture_setting(command, "exact", a.options);
+  add_look(command, a.palette, a.options);
+  Setting box = picture_setting_named("box");
   box.left_out = "the whole set";
   add_map_options(command, a.map_options, box);
   add_device_to_use(command, a.device);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <functional>
 #include <optional>
 #include <regex>
@@ -10,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.hpp"
 #include "options.hpp"
 #include "qjulia/picture.hpp"
 
@@ -19,9 +21,17 @@ namespace {
 /// Adds the option for each type of value.
 class SettingOption {
  public:
-  SettingOption(Command command, const Setting& setting) : command_(command), setting_(setting) {}
+  SettingOption(Command command, const Setting& setting, const ValuePlace& place)
+      : command_(command), setting_(setting), name_("--" + option_of(setting, place)) {}
 
-  Option operator()(bool* value) const { return command_.flag(name(), *value, help()); }
+  Option operator()(bool* value) const {
+    std::string text = help();
+    if (*value) {  // "--no-ground"
+      text.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(text.front())));
+      text = "Leave out " + text;
+    }
+    return command_.flag(name(), *value, text);
+  }
   Option operator()(std::string* value) const { return plain(value); }
   template <class Number>
   requires std::is_arithmetic_v<Number> Option operator()(Number* value) const {
@@ -45,6 +55,29 @@ class SettingOption {
     return command_.word(name(), setting_.values_text(), take, help())
         .default_text(setting_.words.at(value.index()))
         .offers(setting_.words);
+  }
+  Option operator()(const SizePlace& size) const {
+    const auto take = [size](const std::string& text) {
+      const auto words = base::split(text, 'x');
+      const auto side = [&](std::size_t i) {
+        return words.size() == 2 ? base::number_in<int>(words[i]).value_or(0) : 0;
+      };
+      if (side(0) <= 0 || side(1) <= 0) {
+        throw InputError(fmt::format("'{}' is not WIDTHxHEIGHT in pixels, such as 1280x960", text));
+      }
+      *size.width = side(0);
+      *size.height = side(1);
+    };
+    return command_.word(name(), setting_.values, take, help())
+        .default_text(fmt::format("{}x{}", *size.width, *size.height));
+  }
+  Option operator()(std::vector<Cut>* value) const {
+    const auto take = [value](const std::string& text) { *value = cuts_from(text); };
+    return command_.word(name(), setting_.values, take, help());
+  }
+  Option operator()(std::optional<MaterialRange>* value) const {
+    const auto take = [value](const std::string& text) { *value = range_from(text); };
+    return command_.word(name(), setting_.values, take, help());
   }
   Option operator()(DetailChoice* value) const {
     const auto take = [setting = setting_, value](const std::string& text) {
@@ -104,7 +137,7 @@ class SettingOption {
   Option operator()(Palette*) const { throw Error("a palette is read together with the material"); }
 
  private:
-  std::string name() const { return "--" + setting_.option(); }
+  const std::string& name() const { return name_; }
   std::string help() const { return help_of(setting_); }
   template <class Value>
   Option plain(Value* value) const {
@@ -116,12 +149,13 @@ class SettingOption {
 
   Command command_;
   const Setting& setting_;
+  std::string name_;
 };
 
 }  // namespace
 
 Option add_setting(Command command, const Setting& setting, const ValuePlace& place) {
-  return std::visit(SettingOption(command, setting), place).example(setting.example.words());
+  return std::visit(SettingOption(command, setting, place), place).example(setting.example.words());
 }
 
 std::string help_of(const Setting& setting) {

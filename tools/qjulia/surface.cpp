@@ -47,7 +47,7 @@ struct SurfaceArguments {
   std::optional<std::string> palette;
   std::optional<MaterialRange> range;
   std::optional<Option> palette_option;
-  std::vector<Option> range_options;
+  std::optional<Option> range_option;
 };
 
 /// What was written.
@@ -100,11 +100,9 @@ void check_colors(const SurfaceArguments& arguments) {
     throw InputError(
         "--palette: a mesh of clay has no colours; give --material iterations or another, too");
   }
-  for (const Option& option : arguments.range_options) {
-    if (has_colors(arguments) || !option.given()) continue;
+  if (!has_colors(arguments) && arguments.range_option->given()) {
     throw InputError(
-        fmt::format("{}: a mesh of clay has no colours; give --material iterations or another, too",
-                    option.name()));
+        "--range: a mesh of clay has no colours; give --material iterations or another, too");
   }
   static_cast<void>(chosen_palette(arguments));
   SurfaceColorOptions{.range = arguments.range}.validate();
@@ -383,7 +381,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
       fmt::format("The colours of --material: {}; or 2 to {} of your own with commas between, from "
                   "low to high",
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
-  a.range_options = add_range(command, a.range);
+  a.range_option = add_setting(command, picture_setting_named("range"), &a.range);
   const std::string upright =
       "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
       "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "

@@ -24,9 +24,11 @@ std::string slider_text(const Setting& setting) {
                        : fmt::format("{}", fmt::join(words, ", "));
 }
 
-void print_setting(const Setting& setting) {
-  fmt::print("### {}\n\n`--{} {}`\n\n{}.", setting.option(), setting.option(),
-             setting.values_text(), setting.help);
+/// @param place of the usual value.
+void print_setting(const Setting& setting, const ValuePlace& place) {
+  std::string spelling = "--" + option_of(setting, place);
+  if (const std::string values = setting.values_text(); !values.empty()) spelling += ' ' + values;
+  fmt::print("### {}\n\n`{}`\n\n{}.", setting.option(), spelling, setting.help);
   if (!setting.left_out.empty()) fmt::print(" Default: {}.", setting.left_out);
   if (!setting.more.empty()) fmt::print(" {}", setting.more);
   fmt::print("\n\n| range | unit | on pages | between two values |\n|---|---|---|---|\n");
@@ -88,9 +90,13 @@ void print_knobs() {
       "provenance, and the controls of pages come as well. `cmake --build --preset release "
       "--target reference` makes it again.\n\n## Knobs of a map\n\nThey are turned in this order; "
       "the two that move the origin of iteration are one move.\n\n");
-  for (const Knob& knob : knob_table()) print_setting(knob);
+  MapKnobs knobs;
+  for (const Knob& knob : knob_table()) print_setting(knob, knob.place(knobs));
   fmt::print("## Settings of a picture\n\n");
-  for (const PictureSetting& setting : picture_settings()) print_setting(setting);
+  PictureOptions picture;
+  for (const PictureSetting& setting : picture_settings()) {
+    print_setting(setting, setting.place(picture));
+  }
   print_bearing();
 }
 

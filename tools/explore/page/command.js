@@ -9,7 +9,11 @@ const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll(
 /** The map's name, which must not read as an option. */
 const mapWord = () => quoted(root.dataset.map.replace(/^-/, "./-"));
 
-const cuts = () => ["x", "y", "z"].filter((axis) => state["cut" + axis] < 100).map((axis) => [axis, short(state["cut" + axis])]);
+/** The option of the places where the set is cut open, if there are any. */
+function cut() {
+  const places = ["x", "y", "z"].filter((axis) => state["cut" + axis] < 100).map((axis) => `${axis}=${short(state["cut" + axis])}%`);
+  return places.length > 0 ? [["cut", places]] : [];
+}
 
 const background = () => hasDarkBackdrop() ? [["background", [darkBackground]]] : [];
 
@@ -24,11 +28,10 @@ function pictureOptions(width, height) {
 }
 
 export function renderCommand(width, height) {
-  const cut = cuts().map(([axis, at]) => `${axis}=${at}%`).join(",");
   // A browser draws all of the set, loose pieces too.
   const drawsAll = root.dataset.renderer === "webgl";
   return commandOf("render", "picture.png", [
-    ["size", [`${width}x${height}`]], ...pictureOptions(width, height), ...background(), ...(cut ? [["cut", [cut]]] : []), ...changed("map"),
+    ["size", [`${width}x${height}`]], ...pictureOptions(width, height), ...background(), ...cut().map(([option, places]) => [option, [places.join(",")]]), ...changed("map"),
     ...(drawsAll ? [["keep-loose", []]] : []),
   ]);
 }
@@ -37,6 +40,6 @@ export const surfaceCommand = () => commandOf("surface", "surface.ply", changed(
 
 /** The same as the query of a request to qjulia explore. */
 export function queryOf() {
-  const options = [...pictureOptions(canvas.width, canvas.height), ...background(), ...changed("map"), ...cuts().map(([axis, at]) => [`cut-${axis}`, [at]])];
+  const options = [...pictureOptions(canvas.width, canvas.height), ...background(), ...changed("map"), ...cut()];
   return Object.fromEntries(options.map(([name, values]) => [name, values.join(",")]));
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/range_check.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/picture.hpp"
 
@@ -66,29 +65,6 @@ std::vector<double> apart(const std::vector<double>& values, double gap) {
 }
 
 }  // namespace
-
-std::vector<double> MaterialRange::values() const {
-  std::vector<double> all{low};
-  all.insert(all.end(), between.begin(), between.end());
-  all.push_back(high);
-  return all;
-}
-
-void MaterialRange::validate() const {
-  const std::vector<double> all = values();
-  if (all.size() > kMostValues) {
-    throw OptionError("range", fmt::format("{} values; give {} at most", all.size(), kMostValues));
-  }
-  for (const double value : all) base::expect_finite("range", value);
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    if (all[i - 1] < all[i]) continue;
-    throw OptionError("range", all.size() == 2
-                                   ? "the palette's beginning is not below its end"
-                                   : fmt::format("{} is not below {}: values rise from the "
-                                                 "palette's beginning to its end",
-                                                 all[i - 1], all[i]));
-  }
-}
 
 MaterialRange range_over(std::vector<float> values, Material material) {
   std::erase_if(values, [](float value) { return !std::isfinite(value); });

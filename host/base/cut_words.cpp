@@ -1,0 +1,39 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/text.hpp"
+#include "qjulia/cut.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+
+std::vector<Cut> cuts_from(const std::string& text) {
+  std::vector<Cut> cuts;
+  for (const std::string& word : base::split(text, ',')) {
+    const bool is_percent = word.ends_with('%');
+    const bool has_axis = word.size() >= 3 && word[0] >= 'x' && word[0] <= 'z' && word[1] == '=';
+    const auto at =
+        has_axis ? base::number_in<double>(word.substr(2, word.size() - 2 - (is_percent ? 1 : 0)))
+                 : std::nullopt;
+    if (!at || !std::isfinite(*at)) {
+      throw InputError(fmt::format("'{}' is not AXIS=PLACE, such as z=50% or x=0.2", word));
+    }
+    cuts.push_back({word[0], *at, is_percent});
+  }
+  return cuts;
+}
+
+std::string to_string(const std::vector<Cut>& cuts) {
+  std::vector<std::string> words;
+  words.reserve(cuts.size());
+  for (const Cut& cut : cuts) {
+    words.push_back(fmt::format("{}={}{}", cut.axis, cut.at, cut.is_percent ? "%" : ""));
+  }
+  return fmt::format("{}", fmt::join(words, ","));
+}
+
+}  // namespace qjulia

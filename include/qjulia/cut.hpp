@@ -1,0 +1,20 @@
+#pragma once
+/// Where a set is cut open.
+
+#include <string>
+#include <vector>
+
+namespace qjulia {
+
+/// A plane across an axis, beyond which the set is cut away.
+struct Cut {
+  char axis = 'z';          ///< x, y or z
+  double at = 0;            ///< along the axis: shape units, or per cent of the shape's box
+  bool is_percent = false;  ///< what `at` is
+};
+
+/// "z=50%,x=0.2": axes, and where they are cut. @throws InputError
+std::vector<Cut> cuts_from(const std::string& text);
+std::string to_string(const std::vector<Cut>& cuts);
+
+}  // namespace qjulia
