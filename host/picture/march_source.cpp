@@ -74,7 +74,7 @@ constexpr double kPixelsAPlace = 1.5, kFinest = 16;
 constexpr double kHiddenCells = 4;
 
 /// The greatest width of a speck, in steps of the grid on which loose pieces were sought.
-constexpr double kSpeckSteps = 6;
+constexpr double kSpeckSteps = 40;
 
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;

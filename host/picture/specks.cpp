@@ -14,11 +14,11 @@ constexpr double kGap = 4;
 /// Pits are deeper than so many pixels.
 constexpr double kDeep = 2;
 /// The greatest width of a speck in a picture, pixels.
-constexpr int kMostWide = 48;
+constexpr int kMostWide = 64;
 /// The greatest depth of a speck, from which its rays must come out: this multiple of its width,
 /// plus so many pixels.
 constexpr double kDepthOverWidth = 4, kMoreDepth = 4;
-constexpr int kRounds = 3;
+constexpr int kRounds = 8;
 
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 

@@ -28,7 +28,7 @@ std::vector<SampleGroup> pits(const DepthGrid& grid, double gap, int most);
 
 /// Depths of a view, row by row from the top, a slab of many rows at a time. The rays of an island
 /// go on behind it if they come out of it: then it is a speck, else it is the tip of something.
-/// What they meet may be another island; up to three in a row are removed. Pits are filled to the
+/// What they meet may be another island; up to eight in a row are removed. Pits are filled to the
 /// level of their rims. No depth depends on how the rows are divided.
 class SpecklessDepths {
  public:

@@ -617,7 +617,7 @@ class Bench:
         made = [name for name in pages.names("/make") if name not in views]
         expect_same("requests to make a file", made, MAKE)
         knobs = [name for name in views if f"--{name}" in self.knobs()]
-        view = {name: self.example("render", f"--{name}").replace(" ", ",") for name in views
+        view = {name: (self.example("render", f"--{name}") or "").replace(" ", ",") for name in views
                 if f"--{name}" in self.settings("render")}
         view.update(VIEW)
         expect_same("requests", views, view)
