@@ -51,7 +51,7 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   CHECK(static_cast<double>(image.covered) == Catch::Approx(area).epsilon(0.01));
 }
 
-TEST_CASE("pictures without loose pieces hide nothing else", "[slow]") {
+TEST_CASE("pictures without loose pieces hide nothing else") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(80, 60);
   options.samples = 1;
@@ -59,7 +59,9 @@ TEST_CASE("pictures without loose pieces hide nothing else", "[slow]") {
   options.keep_loose = true;
   CHECK(render(device, check::unit_ball(), options).pixels == plain.pixels);
   CHECK(plain.loose.count == 0);
-  // Wild enough to have flakes.
+  // Wild enough to have flakes, and thin ones: where nodes of interpolated images lie decides which
+  // of them a ray meets, and nodes follow what is seen.
+  options.exact = true;
   const Map map = calibrated(device, steepened(test::armed_ball_map(60), 3));
   const auto [all, with] = layered_render(device, map, options);
   options.keep_loose = false;
@@ -71,7 +73,7 @@ TEST_CASE("pictures without loose pieces hide nothing else", "[slow]") {
   CHECK(10 * some.covered > 8 * all.covered);
   int nearer = 0;
   for (std::size_t i = 0; i < with.depth.size(); ++i) {
-    if (without.depth[i] < with.depth[i] - 0.02F) ++nearer;
+    if (without.depth[i] < with.depth[i]) ++nearer;
   }
   CHECK(nearer == 0);
 }
