@@ -123,8 +123,9 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
                      to_json(device.tuning(options.precision)).dump());
 }
 
-Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval)
-    : path_(std::move(path)), key_(std::move(key)), interval_(interval) {}
+Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval,
+                       std::function<void(const std::string&)> tell)
+    : path_(std::move(path)), key_(std::move(key)), interval_(interval), tell_(std::move(tell)) {}
 
 InputError Checkpoint::problem_with_file(const char* what) const {
   return InputError(
@@ -197,7 +198,10 @@ void Checkpoint::save(const FitState& state) {
     const std::string_view content(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     base::write_file(path_, digits_of(content) + std::string(content));
   } catch (const OutputError& error) {
-    if (problem_.empty()) problem_ = error.what();
+    if (problem_.empty()) {
+      problem_ = fmt::format("the fit cannot be kept while it is under way: {}", error.what());
+      if (tell_) tell_(problem_);
+    }
   }
   saved_ = Clock::now();
 }

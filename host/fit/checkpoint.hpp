@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -37,9 +38,13 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
 /// Writes states to one file, each in place of the last, whole or not at all.
 class Checkpoint {
  public:
+  /// Seconds between saves within a stage.
+  static constexpr double kInterval = 10;
+
   /// @param path empty: nothing is ever written.
-  /// @param interval seconds between saves within a stage.
-  Checkpoint(std::filesystem::path path, std::string key, double interval = 10);
+  /// @param tell is told at once when a state cannot be written for the first time.
+  Checkpoint(std::filesystem::path path, std::string key, double interval = kInterval,
+             std::function<void(const std::string&)> tell = {});
 
   /// What the file holds; empty if there is none. @throws InputError naming the file when it
   /// belongs to another fit or is damaged.
@@ -51,7 +56,7 @@ class Checkpoint {
   /// Writes the state at the end of a stage. A failure does not end the fit: `problem` describes
   /// it.
   void save(const FitState& state);
-  /// What went wrong with the first state that could not be written; empty: nothing.
+  /// A warning about the first state that could not be written; empty: there is none.
   const std::string& problem() const { return problem_; }
   /// During one: true when the last save is long ago.
   bool due() const;
@@ -64,6 +69,7 @@ class Checkpoint {
   std::filesystem::path path_;
   std::string key_;
   double interval_;
+  std::function<void(const std::string&)> tell_;
   std::string problem_;
   Clock::time_point saved_ = Clock::now();
 };

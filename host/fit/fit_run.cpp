@@ -162,7 +162,8 @@ FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOp
   Clock clock = team.shared(start_clock(monitor_.stop));
   monitor_.report({"measuring the mesh", 0, -1, ""});
   const bool is_kept = !options_.checkpoint.empty();
-  Checkpoint checkpoint(options_.checkpoint, is_kept ? fit_key(mesh, options_, device) : "");
+  Checkpoint checkpoint(options_.checkpoint, is_kept ? fit_key(mesh, options_, device) : "",
+                        Checkpoint::kInterval, options_.observer.on_warning);
   auto kept = checkpoint.state_in(team.broadcast_text(options_.resume ? checkpoint.read() : ""));
   const double most = kept ? kept->most_triangles : most_triangles(options_.most_seconds());
   MeasuredShape measured = in_stage(monitor_, "measure the mesh", [&] {
@@ -238,8 +239,8 @@ FitResult FitRun::result() {
   finished.warnings.push_back(other_detail(result.map, own_->mesh().detail));
   std::erase(finished.warnings, "");
   std::ranges::move(finished.warnings, std::back_inserter(result.warnings));
-  if (const std::string& failure = stages_->checkpoint().problem(); !failure.empty()) {
-    result.warnings.push_back("the fit could not be kept while it was under way: " + failure);
+  if (const std::string& problem = stages_->checkpoint().problem(); !problem.empty()) {
+    result.warnings.push_back(problem);
   }
   return result;
 }

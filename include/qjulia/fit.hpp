@@ -52,6 +52,9 @@ struct FitObserver {
   /// Called with a stage's report after each stage, and with one of the placement before the first.
   /// The map is what the fit would give if it ended there.
   std::function<void(const StageReport&, const Map&)> on_stage;
+  /// Gets a warning when there is still time to act on it: that the checkpoint cannot be written.
+  /// It comes once, and is among the result's warnings too.
+  std::function<void(const std::string&)> on_warning;
 };
 
 /// Weights of samples by their positions: for points in the mesh's coordinates, it returns a number

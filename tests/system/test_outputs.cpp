@@ -273,17 +273,24 @@ TEST_CASE("a hangup that nohup has ignored disturbs nothing, not even a compiler
   CHECK(std::filesystem::exists(surface));
 }
 
-TEST_CASE("a checkpoint that cannot be written does not end the fit") {
+TEST_CASE("a checkpoint that cannot be written is told at once, and does not end the fit") {
   const OutputFiles bench;
   const std::string map = bench.folder / "map.json";
-  // A folder of its name is refused at once; one that comes later is in the way of each rename.
+  // A folder of its name is refused at once; one that comes later is in the way of each rename. The
+  // fit is stopped when it has told, so that it cannot have ended by itself.
   const ProcessResult result = shell(
-      "(until [ -s \"$1.checkpoint\" ]; do sleep 0.01; done; rm \"$1.checkpoint\"; "
-      "mkdir \"$1.checkpoint\") & map=$1; shift; \"$0\" \"$@\" -o \"$map\"",
-      {map, "fit", bench.mesh, "--factors", "48", "--max-evaluations", "400"});
+      "map=$1; shift; \"$0\" \"$@\" -o \"$map\" 2>\"$map.err\" & fit=$!\n"
+      "until [ -s \"$map.checkpoint\" ]; do sleep 0.01; done\n"
+      "rm \"$map.checkpoint\"; mkdir \"$map.checkpoint\"\n"
+      "until grep -q warning \"$map.err\" || ! kill -0 $fit; do sleep 0.01; done\n"
+      "kill -INT $fit; wait $fit; code=$?; cat \"$map.err\" >&2; exit $code",
+      {map, "fit", bench.mesh, "--factors", "300", "--quiet"});
   CAPTURE(result.err);
-  CHECK(result.exit_code == 0);
-  CHECK_THAT(result.err, ContainsSubstring("could not be kept while it was under way"));
+  CHECK(result.exit_code == 130);
+  const std::string warning = "warning: the fit cannot be kept while it is under way: cannot write";
+  CHECK_THAT(result.err,
+             ContainsSubstring(warning + " '" + map + ".checkpoint': it cannot be replaced"));
+  CHECK(result.err.find(warning) == result.err.rfind(warning));
   CHECK(is_map(read_text(map)));
 }
 

@@ -263,6 +263,9 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
     remaining.time_limit = std::max(options.most_seconds() - session.seconds(), 1e-3);
     remaining.checkpoint = checkpoint_file(arguments);
     remaining.resume = arguments.resume;
+    remaining.observer.on_warning = [&](const std::string& warning) {
+      session.console.warn(warning);
+    };
     FitResult result = fit_or_tell(begun, remaining, session, ranks);
     return ranks.rank() == 0 ? save(arguments, begun, std::move(result), session) : kDone;
   });
