@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "qjulia/error.hpp"
+#include "shape/triangle_tree.hpp"
 
 namespace qjulia::surface {
 namespace {
@@ -56,14 +57,25 @@ Cavity::Cavity(const TriangleMesh& body, double shell, double drain, const std::
     : grid_(cavity_grid(body.box(), shell)) {
   const SlabField near = MeshInGrid(body, grid_).distances(0, grid_.points.z(), stop);
   const auto thick = static_cast<float>(kStepsAShell);
-  values_ = depths(near, thick + kCavityReach, stop);
+  values_ = depths(near, thick + kCavityReach, Grooves::all, stop);
   for (float& value : values_.values)
     value = std::clamp(thick - value, -kCavityReach, kCavityReach);
+  measure_walls(body, stop);
   keep_largest_part();
   if (volume_ == 0) {
     throw OptionError("shell", fmt::format("{} leaves no cavity; give a thinner one", shell));
   }
   if (drain > 0) bore(near, shell, drain);
+}
+
+void Cavity::measure_walls(const TriangleMesh& body, const std::stop_token& stop) {
+  const shape::TriangleTree surface(body, stop);
+  for_each_point(values_, stop, [&](std::size_t number, const Eigen::Vector3i& index) {
+    float& value = values_.values[number];
+    if (std::abs(value) >= kCavityReach) return;
+    const double wall = surface.nearest(grid_.point(index)).distance / grid_.step;
+    value = static_cast<float>(kStepsAShell - wall);
+  });
 }
 
 void Cavity::keep_largest_part() {

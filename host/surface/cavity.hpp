@@ -26,6 +26,8 @@ class Cavity {
   double volume() const { return volume_; }
 
  private:
+  /// Puts measured distances from the body's surface where the cavity's surface may be.
+  void measure_walls(const TriangleMesh& body, const std::stop_token& stop);
   void keep_largest_part();
   void bore(const SlabField& near, double shell, double diameter);
 

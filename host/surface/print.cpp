@@ -24,6 +24,10 @@ namespace {
 
 /// The least number of grid steps per wall: with fewer, balls look like cubes; more take longer.
 constexpr double kStepsAWall = 4, kMostStepsAWall = 16;
+/// The same where decimation leaves so few triangles that their edges are longer than this share of
+/// the least wall: of the balls' shape nothing is seen then. A try takes less than half of the
+/// time.
+constexpr double kStepsAWallOfFew = 3, kLongEdge = 0.5;
 /// Cells along the longest side, where the mesh's edges are longer than these.
 constexpr double kFewestCells = 128;
 constexpr double kStepsADrain = 6, kStepsACavityWall = 4;
@@ -35,10 +39,11 @@ constexpr double kShavedShare = 0.2;
 /// thickened again.
 constexpr double kFirstRadius = 0.52;
 constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.1;
-/// The most that it grows by if walls are thick enough, but not with so few triangles.
-constexpr double kMostGrowthForTriangles = 1.3;
-/// A try gains at most this share of the least wall when walls get lost in decimation.
-constexpr double kMostGained = 0.25;
+/// The most that it grows by where few triangles are left.
+constexpr double kMostGrowthForFew = 1.6;
+/// The thickest walls that are made for the sake of decimation, over the least wall: when a first
+/// decimation has shown what gets lost, and when a second one has shown how that grows.
+constexpr double kThickestAtFirst = 1.8, kThickest = 2.5;
 constexpr int kMostPrintSteps = 6;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
@@ -164,11 +169,9 @@ Grid checked_grid(const TriangleMesh& mesh, double step, double margin, int halo
 }
 
 /// The mesh cut at its foot, and with walls of at least twice the radius; 0 for walls as they are.
-TriangleMesh solid_of(const TriangleMesh& mesh, double radius, double min_wall, double edge,
+TriangleMesh solid_of(const TriangleMesh& mesh, double radius, double min_wall, double step,
                       const Foot& foot, const ProgressMonitor& monitor) {
   const bool thickens = radius > 0;
-  double step = edge;
-  if (thickens) step = std::clamp(edge, min_wall / kMostStepsAWall, min_wall / kStepsAWall);
   const ThickWalls walls{static_cast<float>(radius / step),
                          static_cast<float>(kShavedShare * min_wall / step)};
   const int halo = thickens ? halo_of(walls) : 0;
@@ -289,6 +292,27 @@ struct Body {
   }
 };
 
+/// What decimations leave of walls.
+class WallLoss {
+ public:
+  /// How thick walls have to be so that `wall` is left of them, by the line through the last two
+  /// decimations; infinite where thicker walls leave no more. After one decimation, as if all
+  /// walls lost the same.
+  /// @param before, left the wall that the last decimation was given, and what it left of it.
+  double wall_for(double wall, double before, double left) {
+    const double slope = count_ == 0 ? 1 : (left - left_) / (before - before_);
+    before_ = before, left_ = left;
+    ++count_;
+    return slope > 0 ? before + (wall - left) / slope : std::numeric_limits<double>::infinity();
+  }
+  /// The most that walls may be thickened for it, over the least wall.
+  double most() const { return count_ < 2 ? kThickestAtFirst : kThickest; }
+
+ private:
+  double before_ = 0, left_ = 0;
+  int count_ = 0;
+};
+
 /// A mesh on its way to the printer.
 ///
 /// Thicker walls make the mesh longer, and scaling it back to its size makes them thinner; and
@@ -322,24 +346,22 @@ class PrintJob {
     std::optional<double> plane;
     if (options_.flat_foot) plane = 0;
     double thinnest = 0;
-    double best = 0;  // of the thinnest walls after decimations
+    WallLoss loss;
     for (int i = 1;; ++i) {
       body.enlarge_by(size_correction(body.mesh, options_));
       thinnest = body.thinnest;
-      double most = kMostGrowth;
+      double wanted = wanted_, most = leaves_few(body.scale) ? kMostGrowthForFew : kMostGrowth;
       if (thinnest >= (radius > 0 ? wanted_ : wall_)) {
         PrintMesh made = finished(body);
         if (made.report.thinnest >= wall_) return made;
-        thinnest = made.report.thinnest;
-        best = std::max(best, thinnest);
-        if (best + (kMostPrintSteps - i) * kMostGained * wall_ < wall_) {
-          throw too_few_triangles(best);
-        }
-        most = kMostGrowthForTriangles;
+        const double left = made.report.thinnest;
+        wanted = loss.wall_for(wall_, thinnest, left);
+        if (!(wanted <= loss.most() * wall_)) throw too_few_triangles(left);
+        most = kMostGrowthForFew;
       }
       if (i == kMostPrintSteps) break;
       radius = radius == 0 ? kFirstRadius * wanted_
-                           : radius * std::clamp(wanted_ / thinnest, kLeastGrowth, most);
+                           : radius * std::clamp(wanted / thinnest, kLeastGrowth, most);
       make_solid(body, radius, plane);
     }
     throw Error(fmt::format(
@@ -371,6 +393,14 @@ class PrintJob {
     return std::min(scale * mean_edge_, mesh.box().size().maxCoeff() / kFewestCells);
   }
 
+  /// Whether the triangles that decimation leaves are large beside the least wall.
+  bool leaves_few(double scale) const {
+    if (!options_.max_triangles) return false;
+    const auto before = static_cast<double>(mesh_.triangles.size());
+    const auto after = static_cast<double>(*options_.max_triangles);
+    return scale * mean_edge_ * std::sqrt(before / after) > kLongEdge * wall_;
+  }
+
   Body scaled_body(double scale) const {
     Body body{mesh_, {}, 1};
     body.enlarge_by(scale);
@@ -391,8 +421,12 @@ class PrintJob {
     if (radius > 0 || foot) {
       std::optional<double> height;
       if (foot) height = box.low.z() + *foot;
-      body.mesh =
-          solid_of(body.mesh, radius, wall_, edge_of(body.mesh, body.scale), Foot(height), monitor);
+      double step = edge_of(body.mesh, body.scale);
+      if (radius > 0) {
+        const double fewest = leaves_few(body.scale) ? kStepsAWallOfFew : kStepsAWall;
+        step = std::clamp(step, wall_ / kMostStepsAWall, wall_ / fewest);
+      }
+      body.mesh = solid_of(body.mesh, radius, wall_, step, Foot(height), monitor);
     }
     if (!options_.keep_loose) add_loose(drop_loose_pieces(body.mesh), body.loose);
     expect_some(body.mesh);

@@ -129,13 +129,18 @@ SlabField MeshInGrid::distances(int first, int count, const std::stop_token& sto
   return field;
 }
 
-SlabField depths(const SlabField& near, float deepest, const std::stop_token& stop) {
+SlabField depths(const SlabField& near, float deepest, Grooves grooves,
+                 const std::stop_token& stop) {
   SlabField depth(near.points, kFarAway);
   std::ranges::transform(near.values, depth.values.begin(), [](float value) { return -value; });
-  // The complement is a union of balls, and those about its points near the surface will do.
+  // The complement is a union of balls, and those about its points near the surface will do. Of a
+  // point inside, at a distance d, others are at most d farther from the surface than from it.
+  const float least = grooves == Grooves::all ? -kNearReach : 0;
   for_each_point(near, stop, [&](std::size_t number, const Eigen::Vector3i& index) {
     const float outside = near.values[number];
-    if (outside >= 0 && outside <= kNearReach) add_ball(depth, index, outside, deepest + outside);
+    if (outside >= least && outside <= kNearReach) {
+      add_ball(depth, index, outside, deepest + outside);
+    }
   });
   return depth;
 }

@@ -96,7 +96,7 @@ int halo_of(const ThickWalls& walls) {
 SlabField thickened(const SlabField& near, const ThickWalls& walls, std::optional<float> floor,
                     const std::stop_token& stop) {
   const float r = walls.radius;
-  const SlabField depth = depths(near, r + kDeeper + 1, stop);
+  const SlabField depth = depths(near, r + kDeeper + 1, Grooves::wide, stop);
   SlabField opened(near.points, kFarAway);
   for_each_point(depth, stop, [&](std::size_t number, const Eigen::Vector3i& index) {
     const float deep = depth.values[number];

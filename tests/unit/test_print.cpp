@@ -169,6 +169,28 @@ TEST_CASE("a hollow print has a wall of one thickness and a drain") {
   CHECK(inspect(closed.mesh).components == 2);
 }
 
+TEST_CASE("a shell keeps its thickness below a groove between the points of the cavity's grid") {
+  // A ball with a slot from above, a third of a cell wide and half-way between planes of the grid,
+  // whose cells are a quarter of the shell.
+  constexpr double kShell = 3, kCell = kShell / 4, kFloor = 6;
+  const double middle = -10 + (17 + 0.5 - 3.4231) * kCell;
+  const TriangleMesh body = solid_of(200, 22, [&](const Eigen::Vector3d& p) {
+    const double slot = std::max(std::abs(p.x() - middle) - kCell / 6, kFloor - p.z());
+    return std::max(p.norm() - 10, -slot);
+  });
+  const PrintMesh made = made_printable(body, {.shell = kShell, .drain = 0});
+  CHECK(inspect(made.mesh).components == 2);
+  const shape::TriangleTree outside(body);
+  int between = 0, deep = 0;
+  for (const Eigen::Vector3d& x : made.mesh.vertices) {
+    const double distance = outside.nearest(x, 0).distance;
+    if (distance > 0.1 * kShell && distance < 0.97 * kShell) ++between;
+    if (distance >= 0.97 * kShell) ++deep;
+  }
+  CHECK(between == 0);
+  CHECK(deep > 1000);
+}
+
 TEST_CASE("a drain ends outside and leaves alone what lies below") {
   // A ball above a plate, 1.5 below it, which a post connects to the ball.
   const TriangleMesh body = solid_of(150, 32, [](const Eigen::Vector3d& p) {
@@ -214,9 +236,21 @@ TEST_CASE("too few triangles for the walls are what a refusal names") {
   const PrintOptions options{.height = 80, .min_wall = 2, .max_triangles = 400};
   CHECK_THROWS_WITH(made_printable(tufted_ball(), options, monitor),
                     Catch::Matchers::ContainsSubstring("with so few triangles"));
-  // It is refused as soon as the tries that are left cannot do.
-  CHECK(steps.contains("step 3 of at most 6"));
+  // It is refused as soon as a decimation has shown how much of the walls gets lost.
+  CHECK(steps.contains("step 1 of at most 6"));
   CHECK_FALSE(steps.contains("step 4 of at most 6"));
+}
+
+TEST_CASE("few triangles are made of a mesh that is not much finer than they are") {
+  const PrintOptions fine{.height = 80, .min_wall = 2};
+  PrintOptions few = fine;
+  few.max_triangles = 20000;
+  const TriangleMesh ball = tufted_ball();
+  const PrintMesh made = made_printable(ball, few);
+  check_solid(made.mesh);
+  CHECK(made.report.thinnest >= 2);
+  const auto before = static_cast<double>(made.report.decimation.value().before);
+  CHECK(before < 0.7 * static_cast<double>(made_printable(ball, fine).mesh.triangles.size()));
 }
 
 TEST_CASE("what cannot be printed so is refused by name") {
