@@ -67,6 +67,7 @@ DriverFacts driver_facts(const Device& device) {
     const char* const extra = ::getenv("POCL_EXTRA_BUILD_FLAGS");
     if (extra != nullptr) facts.extra_build_flags = base::to_utf8(extra);
   }
+  facts.may_miscompile_barriers = device::may_miscompile_barriers(info);
   facts.environment = environment_of_drivers();
   return facts;
 }
@@ -82,6 +83,7 @@ nlohmann::json to_json(const DriverFacts& facts) {
           {"llvm", text_or_null(facts.llvm)},
           {"build_flags", flags},
           {"extra_build_flags", text_or_null(facts.extra_build_flags)},
+          {"may_miscompile_barriers", facts.may_miscompile_barriers},
           {"environment", nlohmann::json(facts.environment)}};
 }
 

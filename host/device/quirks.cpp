@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 
 namespace qjulia::device {
 
@@ -38,6 +39,18 @@ Layout suited_layout(const DeviceInfo& info) {
   return info.kind == DeviceKind::cpu || is_llvmpipe(info) ? Layout::cpu : Layout::gpu;
 }
 
+bool may_miscompile_barriers(const DeviceInfo& info) {
+  constexpr int kFirst = 5;
+  int major = 0;
+  const std::string& version = info.driver_version;
+  std::from_chars(version.data(), version.data() + version.size(), major);
+  return is_pocl(info) && info.kind == DeviceKind::cpu && major >= kFirst;
+}
+
+bool has_barriers(const Tuning& tuning) {
+  return tuning.orbit_group > 1 || tuning.product_side > 1;
+}
+
 Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout, int lane_width) {
   const int width = lane_width != 0 ? lane_width : preferred_lane_width(info, precision, layout);
   Tuning tuning{.lane_width = width,
@@ -49,7 +62,7 @@ Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout
                                                      : 64,
                 .panel_samples = 1024,  // two tiles of them fit a core's cache
                 .panel_block = 64};
-  if (layout == Layout::gpu && width == 1) {
+  if (layout == Layout::gpu && width == 1 && !may_miscompile_barriers(info)) {
     tuning.orbit_group = static_cast<int>(
         std::bit_floor(std::clamp<std::size_t>(info.largest_work_group, 1, kOrbitGroup)));
     if (info.largest_work_group >= kProductSide * kProductSide) {

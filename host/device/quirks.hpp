@@ -20,7 +20,17 @@ unsigned float_lanes(DeviceKind kind, unsigned said);
 /// work-items. GPUs are made of lanes: one to each work-item.
 Layout suited_layout(const DeviceInfo& info);
 
-/// The settings of a layout, as far as the device's groups are large enough for them.
+/// Whether the driver compiles kernels whose work-items wait for one another rightly or wrongly by
+/// chance. PoCL since 5.0 remembers by their addresses which values are the same for a whole group,
+/// also when others have taken these addresses: of 80 compilations of gradient_orbit with groups of
+/// 16, 11 were wrong (PoCL 6.0).
+bool may_miscompile_barriers(const DeviceInfo& info);
+
+/// Whether kernels with these settings have barriers.
+bool has_barriers(const Tuning& tuning);
+
+/// The settings of a layout, as far as the device's groups are large enough for them and its
+/// compiler can be trusted with them.
 /// @param lane_width settings for that width; 0: for the width that suits the device.
 Tuning default_tuning(const DeviceInfo& info, Precision precision, Layout layout,
                       int lane_width = 0);

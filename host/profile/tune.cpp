@@ -53,7 +53,8 @@ const std::vector<TunedSetting>& settings() {
   return all;
 }
 
-bool is_valid(const Tuning& tuning) {
+bool is_valid(const Tuning& tuning, const DeviceInfo& info) {
+  if (device::has_barriers(tuning) && device::may_miscompile_barriers(info)) return false;
   try {
     tuning.validate();
   } catch (const InputError&) {
@@ -95,7 +96,7 @@ class Tuner {
         Tuning tuning = best;
         int& value = tuning.*setting.value;
         value = factor < 0 ? value / -factor : value * factor;
-        if (is_valid(tuning)) tried.push_back(tuning);
+        if (is_valid(tuning, report_.device)) tried.push_back(tuning);
       }
       best = fastest(setting, tried, best);
     }

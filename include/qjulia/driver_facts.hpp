@@ -17,6 +17,9 @@ struct DriverFacts {
   std::map<Precision, std::string> build_flags{};
   /// Flags that PoCL adds without a word (POCL_EXTRA_BUILD_FLAGS); empty: none.
   std::string extra_build_flags{};
+  /// Whether it compiles kernels whose work-items wait for one another rightly or wrongly by
+  /// chance: kernels do without then, unless settings ask for it.
+  bool may_miscompile_barriers = false;
   /// Variables that OpenCL's loaders, PoCL, Mesa, GPU drivers and this library read, where they are
   /// set.
   std::map<std::string, std::string> environment{};

@@ -87,6 +87,34 @@ TEST_CASE("layouts suit their devices, and ask for no larger groups than a devic
   CHECK(single(gpu, Layout::gpu).orbit_group == 1);
   CHECK(device::preferred_group_size(gpu, 1) == 1);
 
+  // PoCL since 5.0 cannot be trusted with barriers on CPUs.
+  DeviceInfo pocl = cpu;
+  pocl.platform_name = "Portable Computing Language";
+  for (const auto& [version, may] : {std::pair{"3.1", false},
+                                     {"4.0", false},
+                                     {"5.0", true},
+                                     {"6.0-2+deb13u1", true},
+                                     {"10.1", true},
+                                     {"", false}}) {
+    CAPTURE(version);
+    pocl.driver_version = version;
+    CHECK(device::may_miscompile_barriers(pocl) == may);
+    CHECK(device::has_barriers(single(pocl, Layout::gpu)) == !may);
+    CHECK_FALSE(device::has_barriers(single(pocl, Layout::cpu)));
+  }
+  pocl.driver_version = "6.0";
+  pocl.kind = DeviceKind::gpu;
+  CHECK(device::has_barriers(single(pocl, Layout::gpu)));
+  pocl.kind = DeviceKind::cpu;
+  pocl.platform_name = "another";
+  CHECK(device::has_barriers(single(pocl, Layout::gpu)));
+  Tuning groups = single(cpu, Layout::cpu);
+  groups.orbit_group = 2;
+  CHECK(device::has_barriers(groups));
+  groups = single(cpu, Layout::cpu);
+  groups.product_side = 16;
+  CHECK(device::has_barriers(groups));
+
   DeviceInfo llvmpipe = cpu;
   llvmpipe.name = "llvmpipe (LLVM 15.0.6, 512 bits)";
   CHECK(device::suited_layout(llvmpipe) == Layout::cpu);

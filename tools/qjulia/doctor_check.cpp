@@ -122,6 +122,7 @@ int run_doctor_check(const DoctorCheckArguments& arguments, Session& session) {
   auto findings = machine_findings();
   const WaitTime& waited = checks.waited;
   std::ranges::move(waiting_findings(device.info(), waited), std::back_inserter(findings));
+  std::ranges::move(driver_findings(device, facts), std::back_inserter(findings));
   std::ranges::move(crashes, std::back_inserter(findings));
   text += describe(checks.built) + "\n" + describe(waited) + "\n" + findings_text(findings);
   json["builds"] = {{"compiled", checks.built.compiled},

@@ -37,6 +37,16 @@ std::vector<base::Finding> waiting_findings(const DeviceInfo& device, const Wait
                        describe(waited))}};
 }
 
+std::vector<base::Finding> driver_findings(const Device& device, const DriverFacts& facts) {
+  if (device.layout() == Layout::cpu || !facts.may_miscompile_barriers) return {};
+  return {{"barriers", "",
+           fmt::format("PoCL {} compiles kernels whose work-items wait for one another rightly or "
+                       "wrongly by chance, so none do: in this layout the gradient of iterates and "
+                       "the Gauss-Newton matrix are slower than on a GPU. The layout 'cpu', which "
+                       "is the fast one here, has no such kernels",
+                       facts.pocl)}};
+}
+
 nlohmann::json to_json(const std::vector<base::Finding>& findings) {
   nlohmann::json all = nlohmann::json::array();
   for (const auto& [kind, path, text] : findings) {

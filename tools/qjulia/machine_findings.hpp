@@ -6,6 +6,7 @@
 
 #include "base/surroundings.hpp"
 #include "qjulia/device.hpp"
+#include "qjulia/driver_facts.hpp"
 
 namespace qjulia::tools {
 
@@ -15,6 +16,9 @@ std::vector<base::Finding> machine_findings();
 
 /// A driver that keeps a core busy while the device is waited for; none where it does not.
 std::vector<base::Finding> waiting_findings(const DeviceInfo& device, const WaitTime& waited);
+
+/// What is known of the device's driver, where it matters in its layout.
+std::vector<base::Finding> driver_findings(const Device& device, const DriverFacts& facts);
 
 /// An array of objects with "kind", "path" and "text".
 nlohmann::json to_json(const std::vector<base::Finding>& findings);
