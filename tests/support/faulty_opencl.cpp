@@ -13,6 +13,7 @@
 ///                                   or built (`build`), or have no kernels (`kernel`)
 /// QJULIA_TEST_GPU=1                 devices say that they are GPUs
 /// QJULIA_TEST_DEVICE_VERSION=TEXT   devices say that they are of that version of OpenCL
+/// QJULIA_TEST_DRIVER_VERSION=TEXT   devices say that their driver is of that version
 /// QJULIA_TEST_SOURCES=FILE          gets the first line of each program's source
 /// QJULIA_TEST_REFUSED_BYTES=N,M,…   no memory for buffers of exactly so many bytes; it says so
 /// QJULIA_TEST_LARGEST_BUFFER=N      no buffer has more than N bytes, as the device tells
@@ -223,6 +224,8 @@ extern "C" CL_API_ENTRY cl_int CL_API_CALL clGetDeviceInfo(cl_device_id device, 
   static const auto real = loaders(&clGetDeviceInfo, "clGetDeviceInfo");
   const char* version = std::getenv("QJULIA_TEST_DEVICE_VERSION");
   if (name == CL_DEVICE_VERSION && version != nullptr) return answer(version, size, value, needed);
+  const char* driver = std::getenv("QJULIA_TEST_DRIVER_VERSION");
+  if (name == CL_DRIVER_VERSION && driver != nullptr) return answer(driver, size, value, needed);
   const cl_int code = real(device, name, size, value, needed);
   if (name == CL_DEVICE_MAX_MEM_ALLOC_SIZE) {
     tell<cl_ulong>(number("QJULIA_TEST_LARGEST_BUFFER"), value);

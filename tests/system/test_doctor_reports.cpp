@@ -94,6 +94,27 @@ TEST_CASE("doctor reports versions, flags and variables, of the programs that ar
   CHECK_THAT(none.err, ContainsSubstring("no check has a name like 'none.cl'"));
 }
 
+TEST_CASE("doctor says which layout does without barriers because of the driver") {
+  for (const std::string version : {"3.1", "6.0"}) {
+    for (const std::string layout : {"cpu", "gpu"}) {
+      CAPTURE(version, layout);
+      const ProcessResult found =
+          doctor({"--layout", layout, "--json"},
+                 {{"LD_PRELOAD", QJULIA_FAULTY_OPENCL},
+                  {"QJULIA_TEST_DRIVER_VERSION", version},
+                  {"ASAN_OPTIONS", "detect_leaks=0:verify_asan_link_order=0"}});
+      INFO(found.err);
+      REQUIRE(found.exit_code == 0);
+      const json report = json::parse(found.out);
+      CHECK(report["driver"]["may_miscompile_barriers"] == (version == "6.0"));
+      const auto says = [](const json& finding) { return finding["kind"] == "barriers"; };
+      CHECK(std::ranges::any_of(report["findings"], says) == (version == "6.0" && layout == "gpu"));
+      const int group = version == "3.1" && layout == "gpu" ? 64 : 1;
+      CHECK(report["tuning"]["double"]["orbit_group"] == group);
+    }
+  }
+}
+
 TEST_CASE("doctor's JUnit calls a program that does not build an error") {
   const TemporaryFolder folder;
   const std::string file = folder / "doctor.xml";

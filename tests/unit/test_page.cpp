@@ -146,9 +146,9 @@ TEST_CASE("a page holds what its camera frames") {
     const auto points = held(make(nasty_map(), "ball.qjulia.json", outline));
     REQUIRE(points.size() == outline.size());
     for (std::size_t i = 0; i < outline.size(); ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
         CHECK(points[i][axis].get<double>() ==
-              Catch::Approx(outline[i][axis]).epsilon(1e-6).margin(0));
+              Catch::Approx(outline[i][static_cast<Eigen::Index>(axis)]).epsilon(1e-6).margin(0));
       }
     }
     CHECK(held(make(nasty_map(), "ball.qjulia.json", {})) == nlohmann::json::array());
