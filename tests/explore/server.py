@@ -6,6 +6,16 @@ import socket
 import subprocess
 
 
+def connect(host, port, timeout):
+    """A connection to the server, also where nothing can look up localhost."""
+    try:
+        return socket.create_connection((host, port), timeout=timeout)
+    except socket.gaierror:
+        if host != "localhost":
+            raise
+        return socket.create_connection(("127.0.0.1", port), timeout=timeout)
+
+
 class Server:
     """`qjulia explore` of a map or a mesh in a folder."""
 
@@ -26,6 +36,7 @@ class Server:
     def get(self, path, token=None, method="GET", client="test", body=None, **headers):
         """Status, headers and body of an answer."""
         connection = http.client.HTTPConnection(self.host, self.port, timeout=120)
+        connection.sock = connect(self.host, self.port, timeout=120)
         own = {"X-Qjulia-Token": self.token if token is None else token, "X-Qjulia-Client": client}
         own.update({name.replace("_", "-"): value for name, value in headers.items()})
         try:

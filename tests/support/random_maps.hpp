@@ -33,9 +33,11 @@ inline energy::Samples random_samples(std::size_t count, std::uint64_t seed) {
   std::mt19937_64 bits(seed);
   energy::Samples samples;
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3d x(uniform(bits, -1.5, 1.5), uniform(bits, -1.5, 1.5),
-                            uniform(bits, -1.5, 1.5));
-    samples.add(x, 1.0 / static_cast<double>(count), uniform(bits, -0.5, 0.5), i % 3 == 0 ? -1 : 1);
+    // One by one: compilers choose in which order they compute a call's arguments.
+    const double z = uniform(bits, -1.5, 1.5);
+    const double y = uniform(bits, -1.5, 1.5);
+    const double x = uniform(bits, -1.5, 1.5);
+    samples.add({x, y, z}, 1.0 / static_cast<double>(count), uniform(bits, -0.5, 0.5), i % 3 == 0 ? -1 : 1);
   }
   return samples;
 }

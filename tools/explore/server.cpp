@@ -79,6 +79,16 @@ std::string usual_form(const std::string& host) {
   return code == 0 ? text.data() : host;
 }
 
+/// Where to listen. A machine without /etc/hosts, such as a bare root file system, may not be able
+/// to look up localhost.
+std::string address_to_listen_on(const std::string& host) {
+  if (host != "localhost") return host;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(host.c_str(), nullptr, nullptr, &found) != 0) return "127.0.0.1";
+  ::freeaddrinfo(found);
+  return host;
+}
+
 /// Ends all connections to a port of this process. The library waits for whoever still sends a
 /// request, byte by byte.
 void hang_up(int port) {
@@ -119,9 +129,10 @@ struct Server::Impl {
         task(std::move(fit_task)),
         painter(device, task ? &task->mesh : nullptr, options.keep_loose) {
     route();
-    port = http.open(host, options.port);
+    const std::string address = address_to_listen_on(host);
+    port = http.open(address, options.port);
     if (port > 0) return;
-    if (httplib::Server().bind_to_any_port(host) > 0) {
+    if (httplib::Server().bind_to_any_port(address) > 0) {
       throw OptionError("port", fmt::format("{} of {} is in use{}; give another one, or 0 for any "
                                             "that is free",
                                             options.port, name,
