@@ -462,7 +462,8 @@ VIEW_NEEDS = {"focus": {"aperture": "0.5"}, "glow": {"material": "trap"}, "glow-
 # Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below",
                "keep-loose": "this set has no loose pieces, and the server keeps them",
-               "exact": "maps of few factors have no tables"}
+               "exact": "maps of few factors have no tables", "escape": "the set lies within it",
+               "precision": "pixels this large do not show it"}
 MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}
 
 
