@@ -36,7 +36,7 @@ def check_refusals(server):
         check(server.status(path) in (403, 404), f"no file is given out: {path}")
     for query in ("detail=nan", "detail=-1", "detail=1", "size=99999x99999", "size=8", "size=8x8x8", "samples=9", "iterations=99",
                   "phase=1,2,3", "phase=0,0,0,0", "up=w", "cut=z", "size=8x8&size=9x9", "file=/etc/passwd", "zoom=1e999",
-                  "order-seed=-1", "material=%00", "background=transparent", "look-at=1,2,3,4", "steepness=1e9"):
+                  "order-seed=-1", "material=%00", "background=glass", "look-at=1,2,3,4", "steepness=1e9"):
         status, _, body = server.get(f"/frame?{query}")
         check(status == 400 or body.startswith(b"!"), f"a bad request is told so: {query}: {body[:60]}")
     for query in ("", "make=png", "make=/../x.ply", "make=ply&resolution=99999", "make=stl&millimetres=-1",
@@ -54,6 +54,8 @@ def check_refusals(server):
         check(body.startswith(told), f"with its name and what to give: {body}")
     _, _, body = server.get("/make?make=ply&resolution=x")
     check(body.startswith(b"resolution: 'x' cannot be used; give a whole number"), f"so is what to make: {body}")
+    _, _, body = server.get("/frame?size=8x8&background=transparent")
+    check(body[1:5] == b"\x89PNG" and body[26] == 6, f"a transparent background gives pixels with alpha: {body[:40]}")
     listening = [line.split()[1] for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]
                  if line.split()[3] == "0A" and line.split()[1].endswith(f":{server.port:04X}")]
     check(listening == [f"0100007F:{server.port:04X}"], f"it listens on the loopback address alone: {listening}")
