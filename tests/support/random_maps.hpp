@@ -37,7 +37,8 @@ inline energy::Samples random_samples(std::size_t count, std::uint64_t seed) {
     const double z = uniform(bits, -1.5, 1.5);
     const double y = uniform(bits, -1.5, 1.5);
     const double x = uniform(bits, -1.5, 1.5);
-    samples.add({x, y, z}, 1.0 / static_cast<double>(count), uniform(bits, -0.5, 0.5), i % 3 == 0 ? -1 : 1);
+    samples.add({x, y, z}, 1.0 / static_cast<double>(count), uniform(bits, -0.5, 0.5),
+                i % 3 == 0 ? -1 : 1);
   }
   return samples;
 }
