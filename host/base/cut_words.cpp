@@ -13,6 +13,7 @@ namespace qjulia {
 
 std::vector<Cut> cuts_from(const std::string& text) {
   std::vector<Cut> cuts;
+  if (text.empty()) return cuts;
   for (const std::string& word : base::split(text, ',')) {
     const bool is_percent = word.ends_with('%');
     const bool has_axis = word.size() >= 3 && word[0] >= 'x' && word[0] <= 'z' && word[1] == '=';

@@ -34,7 +34,9 @@ void MaterialRange::validate() const {
 }
 
 MaterialRange range_of(const std::vector<double>& values) {
-  if (values.size() < 2) throw InputError("give LOW,HIGH, with values between them or without");
+  if (values.size() < 2)
+    throw InputError(
+        "give LOW,HIGH with a comma between them; other values may stand between the two");
   return {values.front(), values.back(), {values.begin() + 1, values.end() - 1}};
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "qjulia/error.hpp"
@@ -49,7 +48,9 @@ class TomlValue {
     if (list == nullptr) throw InputError("give a list of numbers");
     std::vector<double> values;
     for (const toml::node& each : *list) {
-      values.push_back(each.value<double>().value_or(std::numeric_limits<double>::quiet_NaN()));
+      const auto number = each.value<double>();
+      if (!number) throw InputError("give a list of numbers");
+      values.push_back(*number);
     }
     *value = range_of(values);
     (*value)->validate();

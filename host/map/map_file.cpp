@@ -194,7 +194,7 @@ std::string other_use(const std::filesystem::path& path) {
     case FileContent::sampled_distance:
       return "it is a distance field of the papers' programs: 'qjulia convert' makes a mesh of it";
     case FileContent::manifest:
-      return "it is a manifest or a schedule: 'qjulia batch' reads manifests";
+      return "it is a manifest or a schedule: 'qjulia batch run' reads manifests";
     case FileContent::field:
     case FileContent::volume:
     case FileContent::formula:

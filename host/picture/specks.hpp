@@ -1,6 +1,6 @@
 #pragma once
-/// Depths of a picture without artefacts that catch the eye: specks that hang on nothing and are
-/// too small for the grids on which loose pieces are found, and pits as narrow as a pixel.
+/// Depths of a picture without artefacts that catch the eye: specks that hang on nothing and that
+/// the grids on which loose pieces are found have missed, and pits as narrow as a pixel.
 
 #include <cstddef>
 #include <vector>

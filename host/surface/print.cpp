@@ -43,7 +43,7 @@ constexpr double kLeastGrowth = 1.02, kMostGrowth = 1.1;
 constexpr double kMostGrowthForFew = 1.6;
 /// The thickest walls that are made for the sake of decimation, over the least wall: when a first
 /// decimation has shown what gets lost, and when a second one has shown how that grows.
-constexpr double kThickestAtFirst = 1.8, kThickest = 2.5;
+constexpr double kThickestAtFirst = 1.8, kThickestLater = 2.5;
 constexpr int kMostPrintSteps = 6;
 /// Triangles are read back in single precision, and walls are measured on them.
 constexpr double kWallSlack = 1.003;
@@ -306,7 +306,7 @@ class WallLoss {
     return slope > 0 ? before + (wall - left) / slope : std::numeric_limits<double>::infinity();
   }
   /// The most that walls may be thickened for it, over the least wall.
-  double most() const { return count_ < 2 ? kThickestAtFirst : kThickest; }
+  double most() const { return count_ < 2 ? kThickestAtFirst : kThickestLater; }
 
  private:
   double before_ = 0, left_ = 0;

@@ -13,7 +13,7 @@ struct Cut {
   bool is_percent = false;  ///< what `at` is
 };
 
-/// "z=50%,x=0.2": axes, and where they are cut. @throws InputError
+/// "z=50%,x=0.2": axes, and where they are cut; empty where nothing is. @throws InputError
 std::vector<Cut> cuts_from(const std::string& text);
 std::string to_string(const std::vector<Cut>& cuts);
 

@@ -84,7 +84,7 @@ struct PictureOptions {
   int iterations = 6;
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
-  int samples = 2;  ///< anti-aliasing: its square rays a pixel
+  int samples = 2;  ///< anti-aliasing: rays along each side of a pixel
   Precision precision =
       Precision::single;  ///< arithmetic of rays and orbits; double where the device has it
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.

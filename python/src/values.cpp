@@ -190,6 +190,7 @@ void read(const py::handle& given, const std::string& name, std::vector<Cut>& va
   }
   value.clear();
   for (const auto& [axis, place] : py::reinterpret_borrow<py::dict>(given)) {
+    if (!py::isinstance<py::str>(axis) || py::len(axis) != 1) throw_type(name, "x, y or z", axis);
     const py::str word = py::str("{}={}").format(axis, place);
     for (const Cut& cut : from_text(word, name, cuts_from)) value.push_back(cut);
   }

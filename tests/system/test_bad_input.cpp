@@ -138,7 +138,7 @@ TEST_CASE("a message about a file without a map says what the file is and what r
         {"a.vdb", "a volume for other programs"},
         {"a.npy", "a field for other programs"},
         {"a.frag", "a formula for other programs"},
-        {"a.toml", "'qjulia batch' reads manifests"},
+        {"a.toml", "'qjulia batch run' reads manifests"},
         {"a.f3d", "a distance field of the papers' programs: 'qjulia convert'"},
         {"a.o3d", "a map of the papers' programs: 'qjulia convert'"}}) {
     const std::string file = folder.file(name, "#usda 1.0\n");

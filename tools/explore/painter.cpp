@@ -69,7 +69,9 @@ std::string Painter::picture(const ViewRequest& view, const ProgressMonitor& mon
   // While something moves, colours stay those of the last whole picture.
   const std::string shows = fmt::format("{}{} {}", view.knobs_text,
                                         to_string(view.picture.material), view.picture.iterations);
-  seen.set_range(view.is_draft && shows == range_text_ ? std::optional(range_) : std::nullopt);
+  if (!view.picture.range) {
+    seen.set_range(view.is_draft && shows == range_text_ ? std::optional(range_) : std::nullopt);
+  }
   const Image image = seen.picture(camera, monitor);
   if (!view.is_draft && !view.shows_mesh) {
     range_text_ = shows;

@@ -56,11 +56,11 @@ std::span<const Entry> environment() {
             "The folder for temporary files: logs of 'qjulia doctor', and the page that 'qjulia "
             "explore --open' leads the browser with. Default: /tmp.",
             Concern::all},
-      Entry{
-          "OMPI_COMM_WORLD_SIZE, PMI_SIZE, PMI_RANK, PMIX_RANK",
-          "Set by mpirun and by Slurm. Where one of them is there, 'qjulia fit' and 'qjulia batch' "
-          "take part in a run over several processes.",
-          Concern::computing},
+      Entry{"OMPI_COMM_WORLD_SIZE, PMI_SIZE, PMI_RANK, PMIX_RANK",
+            "Set by mpirun and by Slurm. Where one of them is there, 'qjulia fit' and 'qjulia "
+            "batch run' "
+            "take part in a run over several processes.",
+            Concern::computing},
   };
   return kEntries;
 }

@@ -130,7 +130,9 @@ std::string options_of(const CommandUsage& command) {
 
 std::string synopsis(const CommandUsage& command) {
   std::string text = bold("qjulia " + command.name);
-  if (command.is_group()) text += ' ' + italic("command");
+  if (command.is_group()) {
+    text += command.usual.empty() ? ' ' + italic("command") : " [" + italic("command") + ']';
+  }
   for (const OptionUsage& option : command.options) {
     if (!option.is_positional) continue;
     text += option.is_required ? ' ' + italic(option.name) : " [" + italic(option.name) + ']';

@@ -30,7 +30,7 @@ void describe_check(Command command, ManifestCheckArguments& a) {
 
 void add_batch_check(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen,
-              {"batch check", "Only say what is wrong with a manifest", R"(Example:
+              {"batch check", "Check a manifest without fitting", R"(Example:
   qjulia batch check shapes.toml
 It looks for the meshes, and reads every option, but fits nothing.)",
                /*can_trace=*/false},

@@ -40,7 +40,8 @@ class HelpFormat : public CLI::Formatter {
   std::string make_help(const CLI::App* app, std::string name,
                         CLI::AppFormatMode mode) const override {
     return make_description(app) + make_usage(app, std::move(name)) + '\n' + make_footer(app) +
-           make_positionals(app) + groups(app, mode) + make_subcommands(app, mode);
+           make_positionals(app) + groups(app, mode) +
+           make_subcommands(app, CLI::AppFormatMode::Normal);
   }
 
   std::string make_option_desc(const CLI::Option* option) const override {
@@ -93,7 +94,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 /// "did you mean 'detail'? ", with the name nearest to the word; empty where none is near.
 std::string guess_of(std::string_view word, const std::vector<std::string>& names) {
   const std::string* nearest = nullptr;
-  std::size_t least = 3;  // more letters than that are no typing error
+  // More letters than that are no typing error.
+  std::size_t least = std::min<std::size_t>(3, word.size() / 2 + 1);
   for (const std::string& name : names) {
     const std::size_t distance = edit_distance(word, name);
     if (distance < least) nearest = &name;
@@ -484,7 +486,7 @@ Option Command::output(const std::string& names, OutputName& target,
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) const {
   const auto take = [&target, given = !target](std::int64_t) { target = given; };
-  return {app_->add_flag_function(names, take, description), notes_};
+  return {app_->add_flag_function(names, take, description)->disable_flag_override(), notes_};
 }
 
 Option Command::numbers(const std::string& names, const std::string& type,
@@ -589,7 +591,7 @@ void CommandLine::add_group(const CommandGroup& group) {
   CLI::App* const added = app_->add_subcommand(group.name, group.description);
   added->footer(group.footer);
   added->require_subcommand(1);
-  added->set_help_all_flag("--help-all", "Print this help with that of its commands");
+  added->set_help_all_flag("--help-all", "Print this help");
   notes_->groups[added] = group;
 }
 
@@ -635,7 +637,7 @@ std::optional<int> CommandLine::find_command(std::vector<std::string>& words) co
       return kBadInput;
     }
     if (words.size() > 1 && is_help(words[1])) return std::nullopt;
-    if (words.size() > 1) refuse_replaced(group->second, words[1]);
+    for (const std::string& word : words) refuse_replaced(group->second, word);
     if (!usual.empty() && (words.size() == 1 || words[1].starts_with('-'))) {
       words.insert(words.begin() + 1, usual);
     }

@@ -198,7 +198,7 @@ int run_doctor_matrix(const DoctorArguments& arguments, Session& session) {
 
 void add_doctor_matrix(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen,
-              {"doctor matrix", "Check a device under one setting of PoCL after the other",
+              {"doctor matrix", "Check a device under each of PoCL's settings",
                R"(Examples:
   qjulia doctor matrix
   qjulia doctor matrix --programs 'energy*' --junit doctor.xml    a suite for each setting

@@ -78,7 +78,7 @@ std::string test_suite(const CheckSuite& suite, Counts& total) {
                      counts.attributes(), cases);
 }
 
-/// Setting (empty without --matrix), program and precision.
+/// Setting (empty but for a matrix), program and precision.
 using CheckKey = std::tuple<std::string, std::string, std::string>;
 
 struct Result {

@@ -28,7 +28,7 @@ struct ReportComparison {
   bool is_worse = false;  ///< a program passed before, and has failed or is gone
 };
 
-/// @param before, after of 'doctor --json', both with --matrix or both without.
+/// @param before, after of 'doctor --json', both of 'doctor check' or both of 'doctor matrix'.
 /// @throws InputError for what is no such report, naming it A or B.
 ReportComparison compare_reports(const nlohmann::json& before, const nlohmann::json& after);
 

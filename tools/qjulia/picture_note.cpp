@@ -85,6 +85,8 @@ std::string page_state(const nlohmann::json& made) {
     }
   } catch (const nlohmann::json::exception&) {
     return {};  // another version's note
+  } catch (const InputError&) {
+    return {};  // a damaged one
   }
   return printable(fmt::format("{}", fmt::join(words, "&")));
 }

@@ -61,7 +61,7 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
                      "Measure the kernels against the device's limits",
                      R"(Examples:
   qjulia profile measure                                   every kernel of a fit
-  qjulia profile measure bunny.qjulia.json --time-limit 20 every kernel, at this map's size
+  qjulia profile measure bunny.qjulia.json                 every kernel, at this map's size
   qjulia profile against old/qjulia                        is this build slower?
   qjulia profile tune                                      once a device; a minute or two)",
                      "",

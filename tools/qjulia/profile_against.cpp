@@ -68,18 +68,18 @@ std::vector<std::string> words_of(const MeasuredArguments& arguments) {
   const auto add = [&](const std::string& option, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {option, value});
   };
-  nlohmann::json usual, given;
-  base::add_json(usual, profile_settings(), ProfileOptions());
+  nlohmann::json given;  // also what is usual here: the other build may have another default
   base::add_json(given, profile_settings(), arguments.options);
   for (const std::string_view name : kSettingsOfMeasuring) {
     const Setting& setting = setting_named(profile_settings(), name, "profiles");
     const nlohmann::json& value = given[setting.name];
-    if (name == "time_limit" || value == usual[setting.name]) continue;
+    if (name == "time_limit" || value.is_null()) continue;
     add("--" + setting.option(), value.is_string() ? value.get<std::string>() : value.dump());
   }
   add("--kernels", arguments.kernels);
   add("--device", arguments.device.name);
   add("--layout", arguments.device.layout);
+  if (arguments.device.is_trusted) words.emplace_back("--trust-device");
   return words;
 }
 
@@ -113,15 +113,18 @@ int run_against(const AgainstArguments& arguments, Session& session) {
 }
 
 void describe_against(Command command, AgainstArguments& a) {
-  command.input("PROGRAM", a.other, "Another build of qjulia, the older one").offers_files();
+  command
+      .input("PROGRAM", a.other,
+             "Another build of qjulia, the older one; it must have 'profile measure'")
+      .offers_files();
   add_measured_files(command, a.measured);
   add_kernels(command, a.measured);
   add_comparison(command, a.comparison);
   std::vector<std::string_view> names = kSettingsOfMeasuring;
   std::erase(names, "time_limit");
   add_measured(command, a.measured, names);
-  Setting limit = setting_named(profile_settings(), "time_limit", "profiles");
-  limit.help = "Time after which it ends, also where kernels are undecided";
+  Setting limit = with_help(setting_named(profile_settings(), "time_limit", "profiles"),
+                            "Time after which it ends, also where kernels are undecided");
   limit.left_out = fmt::format("{}", kUsualLimit);
   add_setting(command, limit, &a.measured.options.time_limit);
 }

@@ -61,11 +61,12 @@ void add_profile_export(CommandLine& program, ChosenCommand& chosen) {
 }
 
 void add_profile_import(CommandLine& program, ChosenCommand& chosen) {
-  add_command(program, chosen,
-              {"profile import", "Keep the settings of such a file for a device", R"(Example:
+  add_command(
+      program, chosen,
+      {"profile import", "Use a device's settings from a file of 'profile export'", R"(Example:
   qjulia profile import settings.json
 Every command uses them from then on, as if 'qjulia profile tune' had found them.)"},
-              describe_import, run_import);
+      describe_import, run_import);
 }
 
 }  // namespace qjulia::tools

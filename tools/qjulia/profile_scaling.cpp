@@ -1,5 +1,7 @@
 /// qjulia profile scaling: the cost of an evaluation against its size.
 
+#include <vector>
+
 #include "base/output_file.hpp"
 #include "failure.hpp"
 #include "profile_commands.hpp"
@@ -14,9 +16,9 @@ struct ScalingArguments : MeasuredArguments {
 };
 
 int run_scaling(const ScalingArguments& arguments, Session& session) {
-  if (!arguments.csv.empty()) {
-    session.check_outputs({}, {{"--csv", arguments.csv, {".csv"}}});
-  }
+  std::vector<base::Output> outputs;
+  if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
+  session.check_outputs({}, outputs);
   const Device device = session.open_device(arguments.device);
   ScalingOptions options;
   options.precision = arguments.options.precision;

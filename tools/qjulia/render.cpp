@@ -423,7 +423,7 @@ void describe_render(Command command, RenderArguments& a) {
       .not_in_job();
   add_picture_setting(command, "exact", a.options);
   add_look(command, a.palette, a.options);
-  Setting box = picture_setting_named("box");
+  Setting box = with_help(picture_setting_named("box"), picture_setting_named("box").help);
   box.left_out = "the whole set";
   add_map_options(command, a.map_options, box);
   add_device_to_use(command, a.device);

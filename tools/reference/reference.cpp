@@ -28,7 +28,9 @@ std::string slider_text(const Setting& setting) {
 void print_setting(const Setting& setting, const ValuePlace& place) {
   std::string spelling = "--" + option_of(setting, place);
   if (const std::string values = setting.values_text(); !values.empty()) spelling += ' ' + values;
-  fmt::print("### {}\n\n`{}`\n\n{}.", setting.option(), spelling, setting.help);
+  const bool is_on = spelling.starts_with("--no-");
+  fmt::print("### {}\n\n`{}`\n\n{}{}.", setting.option(), spelling,
+             is_on ? "It is on, and this option turns it off. " : "", setting.help);
   if (!setting.left_out.empty()) fmt::print(" Default: {}.", setting.left_out);
   if (!setting.more.empty()) fmt::print(" {}", setting.more);
   fmt::print("\n\n| range | unit | on pages | between two values |\n|---|---|---|---|\n");
