@@ -56,6 +56,8 @@ class DepthSource {
   /// The width of the largest pieces that `depths` may show although they hang on nothing; 0 where
   /// all that it shows is to be drawn.
   virtual double largest_speck() const { return 0; }
+  /// The same of pieces around which nothing is seen.
+  virtual double largest_free_speck() const { return largest_speck(); }
 
   /// Depths that these rays meet behind what they have hit: QJ_NO_HIT where there is nothing, and
   /// about `until` where they do not come out of it.

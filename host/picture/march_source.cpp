@@ -73,8 +73,9 @@ constexpr double kPixelsAPlace = 1.5, kFinest = 16;
 /// Points that lie more than so many cells behind the surface in the band's grid are out of sight.
 constexpr double kHiddenCells = 4;
 
-/// The greatest width of a speck, in steps of the grid on which loose pieces were sought.
-constexpr double kSpeckSteps = 40;
+/// The greatest width of a speck, in steps of the grid on which loose pieces were sought: in front
+/// of something, and with nothing behind.
+constexpr double kSpeckSteps = 6, kFreeSpeckSteps = 40;
 
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
@@ -184,9 +185,8 @@ class MarchSource : public DepthSource {
 
   LoosePieces loose_pieces() const override { return loose_.pieces; }
 
-  double largest_speck() const override {
-    return std::min(kSpeckSteps * loose_.resolution, std::cbrt(loose_.largest_loose));
-  }
+  double largest_speck() const override { return largest_of(kSpeckSteps); }
+  double largest_free_speck() const override { return largest_of(kFreeSpeckSteps); }
 
   std::vector<float> depths_beyond(const View& view,
                                    const std::vector<PassingRay>& passing) override {
@@ -241,6 +241,12 @@ class MarchSource : public DepthSource {
   }
 
  private:
+  /// So many steps of the grid on which loose pieces were sought, or a body's width where that is
+  /// less.
+  double largest_of(double steps) const {
+    return std::min(steps * loose_.resolution, std::cbrt(loose_.largest_loose));
+  }
+
   /// Whether what the ray has hit may be attached to what is cut away.
   bool may_be_cut_off(const View& view, const PassingRay& ray) const {
     if (!set_.part) return false;

@@ -13,8 +13,9 @@ namespace {
 constexpr double kGap = 4;
 /// Pits are deeper than so many pixels.
 constexpr double kDeep = 2;
-/// The greatest width of a speck in a picture, pixels.
-constexpr int kMostWide = 64;
+/// The greatest width of a speck in a picture, pixels: in front of something, and with nothing
+/// behind.
+constexpr int kMostWide = 48, kMostWideFree = 64;
 /// The greatest depth of a speck, from which its rays must come out: this multiple of its width,
 /// plus so many pixels.
 constexpr double kDepthOverWidth = 4, kMoreDepth = 4;
@@ -130,6 +131,22 @@ int width_of(const SampleGroup& group, int columns) {
   return 1 + static_cast<int>(std::max(high / wide - low / wide, right % wide - left % wide));
 }
 
+/// Whether nothing is seen around a group.
+bool stands_free(const DepthGrid& grid, const SampleGroup& group) {
+  const std::unordered_set<std::size_t> own(group.begin(), group.end());
+  return std::ranges::all_of(group, [&](std::size_t sample) {
+    const int x = static_cast<int>(sample % static_cast<std::size_t>(grid.columns));
+    const int y = static_cast<int>(sample / static_cast<std::size_t>(grid.columns));
+    for (int j = y - 1; j <= y + 1; ++j) {
+      for (int i = x - 1; i <= x + 1; ++i) {
+        const std::size_t beside = index(i, j, grid.columns);
+        if (grid.depths[beside] >= 0 && !own.contains(beside)) return false;
+      }
+    }
+    return true;
+  });
+}
+
 /// The median depth of what is around a pit.
 float rim_of(const DepthGrid& grid, const SampleGroup& pit) {
   const std::unordered_set<std::size_t> own(pit.begin(), pit.end());
@@ -168,11 +185,13 @@ SpecklessDepths::SpecklessDepths(DepthSource& source, const View& view, std::siz
           std::max<std::size_t>(1, slab / static_cast<std::size_t>(view.columns)))),
       pixel_(view.footprint * view.samples),
       widest_(static_cast<int>(
-          std::min(double(kMostWide) * view.samples, source.largest_speck() / view.footprint))) {}
+          std::min(double(kMostWide) * view.samples, source.largest_speck() / view.footprint))),
+      widest_free_(static_cast<int>(std::min(double(kMostWideFree) * view.samples,
+                                             source.largest_free_speck() / view.footprint))) {}
 
 int SpecklessDepths::reach() const {
   const int of_pits = 2 * view_.samples;
-  return of_pits + (widest_ > 0 ? kRounds * (widest_ + 1) : 0);
+  return of_pits + (widest_free_ > 0 ? kRounds * (widest_free_ + 1) : 0);
 }
 
 void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
@@ -182,9 +201,11 @@ void SpecklessDepths::leave_out_islands(DepthGrid& grid, int first_row) const {
   const double near = std::max(view_.footprint, rounding);
   std::vector<bool> tips(grid.depths.size());  // samples of islands that are tips
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<SampleGroup> found = islands(grid, kGap * pixel_, widest_, tips);
+    std::vector<SampleGroup> found = islands(grid, kGap * pixel_, widest_free_, tips);
     std::erase_if(found, [&](const SampleGroup& group) {
-      return std::ranges::all_of(group, [&](std::size_t sample) { return tips[sample]; });
+      const bool is_wide = width_of(group, grid.columns) > widest_;
+      return std::ranges::all_of(group, [&](std::size_t sample) { return tips[sample]; }) ||
+             (is_wide && !stands_free(grid, group));
     });
     if (found.empty()) return;
     std::vector<PassingRay> rays;
@@ -247,7 +268,7 @@ void SpecklessDepths::compute(int first, int count) {
   source_known_.clear();
   if (first + count < view_.rows) source_known_ = grid.depths;
   source_from_ = from;
-  if (widest_ > 0) leave_out_islands(grid, from);
+  if (widest_free_ > 0) leave_out_islands(grid, from);
   const std::vector<SampleGroup> found = pits(grid, kDeep * pixel_, 2 * view_.samples - 1);
   std::vector<float> rims;  // before any pit is filled
   rims.reserve(found.size());

@@ -50,9 +50,10 @@ class SpecklessDepths {
   DepthSource& source_;
   View view_;
   int rows_at_once_;
-  double pixel_;  ///< its width, depths
-  int widest_;    ///< specks, in samples
-  int from_ = 0;  ///< the first row of `known_`
+  double pixel_;     ///< its width, depths
+  int widest_;       ///< specks, in samples
+  int widest_free_;  ///< specks with nothing behind them
+  int from_ = 0;     ///< the first row of `known_`
   std::vector<float> known_;
   int source_from_ = 0;              ///< the first row of `source_known_`
   std::vector<float> source_known_;  ///< what the source gave last: slabs look beyond their rows

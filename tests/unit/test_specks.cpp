@@ -26,7 +26,10 @@ DepthGrid grid_of(int columns, const std::vector<float>& depths) {
 class Solid : public DepthSource {
  public:
   using Inside = std::function<bool(const Vector3d&)>;
-  Solid(Inside is_inside, double largest) : is_inside_(std::move(is_inside)), largest_(largest) {}
+  Solid(Inside is_inside, double largest, double largest_free = 0)
+      : is_inside_(std::move(is_inside)),
+        largest_(largest),
+        largest_free_(std::max(largest, largest_free)) {}
 
   std::vector<float> depths(const View& view, int first_row, int rows) override {
     rows_asked += rows;
@@ -39,6 +42,7 @@ class Solid : public DepthSource {
     return found;
   }
   double largest_speck() const override { return largest_; }
+  double largest_free_speck() const override { return largest_free_; }
   std::vector<float> depths_beyond(const View& view, const std::vector<PassingRay>& rays) override {
     std::vector<float> found;
     for (const PassingRay& ray : rays) {
@@ -81,7 +85,7 @@ class Solid : public DepthSource {
   }
 
   Inside is_inside_;
-  double largest_;
+  double largest_, largest_free_;
 };
 
 /// The view from above; pixels are 1/32 wide.
@@ -165,6 +169,27 @@ TEST_CASE("specks are removed, and what is behind them is seen") {
   CHECK((left != depths_of(few)));
   Solid kept([&](const Vector3d& p) { return is_in_slab(p) || specks(p); }, 0);
   CHECK((speckless_depths(kept, view) == depths_of(kept)));
+}
+
+TEST_CASE("wide pieces are specks only where nothing is seen around them") {
+  const auto free = ball({0.5, 0.5, 0}, 0.2), in_front = ball({-0.5, 0.5, 0}, 0.2);
+  Solid all([&](const Vector3d& p) { return is_in_slab(p) || free(p) || in_front(p); }, 0.2, 0.5);
+  Solid left([&](const Vector3d& p) { return is_in_slab(p) || in_front(p); }, 0);
+  CHECK((speckless_depths(all, view_from_above()) == depths_of(left)));
+}
+
+TEST_CASE("eight specks in a row are removed") {
+  const auto row_of = [](int count) {
+    return [count](const Vector3d& p) {
+      for (int i = 0; i < count; ++i) {
+        if (ball({0.5, 0.5, 0.9 - 0.2 * i}, 0.06)(p)) return true;
+      }
+      return is_in_slab(p);
+    };
+  };
+  Solid slab(is_in_slab, 0.2), eight(row_of(8), 0.2), nine(row_of(9), 0.2);
+  CHECK((speckless_depths(eight, view_from_above()) == depths_of(slab)));
+  CHECK((speckless_depths(nine, view_from_above()) != depths_of(slab)));
 }
 
 TEST_CASE("the tip of an attached piece is not a speck") {

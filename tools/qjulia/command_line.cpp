@@ -173,7 +173,12 @@ void check_options(const CLI::App& command, const std::vector<std::string>& word
                    std::size_t first) {
   for (std::size_t i = first; i < words.size() && words[i] != "--"; ++i) {
     const std::string word = words[i].substr(0, words[i].find('='));
-    if (!word.starts_with("--") || find_option(command, word) != nullptr) continue;
+    if (!word.starts_with("--")) continue;
+    if (const CLI::Option* const option = find_option(command, word); option != nullptr) {
+      if (option->get_items_expected_max() > 0 || word == words[i]) continue;
+      throw InputError(
+          fmt::format("{} takes no value; leave out '{}'", word, words[i].substr(word.size())));
+    }
     std::vector<std::string> names;
     for (const CLI::Option* option : command.get_options()) names.push_back(option->get_name());
     throw InputError(
@@ -486,7 +491,7 @@ Option Command::output(const std::string& names, OutputName& target,
 
 Option Command::flag(const std::string& names, bool& target, const std::string& description) const {
   const auto take = [&target, given = !target](std::int64_t) { target = given; };
-  return {app_->add_flag_function(names, take, description)->disable_flag_override(), notes_};
+  return {app_->add_flag_function(names, take, description), notes_};
 }
 
 Option Command::numbers(const std::string& names, const std::string& type,
