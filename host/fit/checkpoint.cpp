@@ -124,8 +124,8 @@ std::string fit_key(const TriangleMesh& mesh, const FitOptions& options, const D
 }
 
 Checkpoint::Checkpoint(std::filesystem::path path, std::string key, double interval,
-                       std::function<void(const std::string&)> tell)
-    : path_(std::move(path)), key_(std::move(key)), interval_(interval), tell_(std::move(tell)) {}
+                       std::function<void(const std::string&)> warn)
+    : path_(std::move(path)), key_(std::move(key)), interval_(interval), warn_(std::move(warn)) {}
 
 InputError Checkpoint::problem_with_file(const char* what) const {
   return InputError(
@@ -200,7 +200,7 @@ void Checkpoint::save(const FitState& state) {
   } catch (const OutputError& error) {
     if (problem_.empty()) {
       problem_ = fmt::format("the fit cannot be kept while it is under way: {}", error.what());
-      if (tell_) tell_(problem_);
+      if (warn_) warn_(problem_);
     }
   }
   saved_ = Clock::now();

@@ -42,9 +42,9 @@ class Checkpoint {
   static constexpr double kInterval = 10;
 
   /// @param path empty: nothing is ever written.
-  /// @param tell is told at once when a state cannot be written for the first time.
+  /// @param warn is called once, with the problem, as soon as a state cannot be written.
   Checkpoint(std::filesystem::path path, std::string key, double interval = kInterval,
-             std::function<void(const std::string&)> tell = {});
+             std::function<void(const std::string&)> warn = {});
 
   /// What the file holds; empty if there is none. @throws InputError naming the file when it
   /// belongs to another fit or is damaged.
@@ -69,7 +69,7 @@ class Checkpoint {
   std::filesystem::path path_;
   std::string key_;
   double interval_;
-  std::function<void(const std::string&)> tell_;
+  std::function<void(const std::string&)> warn_;
   std::string problem_;
   Clock::time_point saved_ = Clock::now();
 };

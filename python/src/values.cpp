@@ -201,7 +201,7 @@ void read(const py::handle& given, const std::string& name, MaterialRange& value
       py::isinstance<py::sequence>(given) || py::isinstance<py::array>(given) ? py::len(given) : 0;
   const std::vector<double> v =
       numbers(given, name, std::max<std::size_t>(length, 2), "rising from LOW to HIGH");
-  value = {v.front(), v.back(), {v.begin() + 1, v.end() - 1}};
+  value = range_of(v);
 }
 
 void read(const py::handle& given, const std::string& name, Precision& value) {

@@ -273,7 +273,7 @@ TEST_CASE("a hangup that nohup has ignored disturbs nothing, not even a compiler
   CHECK(std::filesystem::exists(surface));
 }
 
-TEST_CASE("a checkpoint that cannot be written is told at once, and does not end the fit") {
+TEST_CASE("fit warns as soon as a checkpoint cannot be written, and goes on") {
   const OutputFiles bench;
   const std::string map = bench.folder / "map.json";
   // A folder of its name is refused at once; one that comes later is in the way of each rename. The

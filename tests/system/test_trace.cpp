@@ -131,7 +131,7 @@ TEST_CASE("kernels of a device whose events have no times are timed by the wall"
   CHECK(told(fit.finished.err).launches == fit.kernels.size());
 }
 
-TEST_CASE("other commands leave traces too, and one that cannot be written is told at once") {
+TEST_CASE("other commands leave traces too, and refuse at once one that cannot be written") {
   const TracedFit fit;
   const std::string trace = fit.folder / "surface.json";
   const std::string surface = fit.folder / "torus.ply";
