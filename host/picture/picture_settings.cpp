@@ -29,6 +29,7 @@ std::vector<PictureSetting> field_settings() {
     }
     if (setting.name == "box") {
       setting.help = "Part of space to look at, shape units; the set is cut open at its faces";
+      setting.left_out = "the whole set";
     }
     made.push_back({setting});
   }

@@ -14,8 +14,7 @@ struct ManifestCheckArguments {
 };
 
 int run_check(const ManifestCheckArguments& arguments, Session& session) {
-  const auto fits =
-      read_manifest(arguments.manifest, false, session.interrupts.token()).entries.size();
+  const auto fits = read_manifest(arguments.manifest, false, session.stop()).entries.size();
   session.console.result(
       fmt::format("{}: {} fit{}, nothing wrong", arguments.manifest, fits, fits == 1 ? "" : "s"),
       {{"manifest", arguments.manifest}, {"fits", fits}});

@@ -108,7 +108,7 @@ int finish(const BatchArguments& arguments, std::size_t settled,
   session.console.summary(text, json);
   if (!unwritten.empty()) throw OutputError(unwritten);
   if (done == entries.size() && not_again == 0) return kDone;
-  if (!session.interrupts.requested()) return kFailed;
+  if (!session.stop().stop_requested()) return kFailed;
   session.console.note("interrupted; --resume does the rest");
   return kInterrupted;
 }
@@ -122,8 +122,7 @@ struct BatchStart {
 };
 
 BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Session& session) {
-  BatchStart start{
-      read_manifest(arguments.manifest, arguments.resume, session.interrupts.token()), {}, {}, {}};
+  BatchStart start{read_manifest(arguments.manifest, arguments.resume, session.stop()), {}, {}, {}};
   start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key, settings};
   start.devices = batch_devices(arguments, ranks, session);
   const std::string who = ranks.size() > 1 ? fmt::format("rank {}: ", ranks.rank()) : "";
@@ -157,7 +156,7 @@ int run_batch(const BatchArguments& arguments, Session& session) {
           if (event.kind == EventKind::done || event.kind == EventKind::failed) ++settled;
           display.show(event);
         },
-        session.interrupts.token(), &ranks);
+        session.stop(), &ranks);
     return unsaved.empty() ? kDone : kFailed;
   });
   const int finished = together(ranks, [&]() -> int {

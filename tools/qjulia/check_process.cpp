@@ -270,7 +270,7 @@ int run_checks(const DeviceChoice& wanted, const std::string& programs, int firs
   const Device device = with_cached_tuning(Device::choose(wanted)).device;
   const auto chosen = chosen_checks(device, programs);
   for (std::size_t i = static_cast<std::size_t>(first); i < chosen.size(); ++i) {
-    throw_if_stopped(session.interrupts.token());
+    throw_if_stopped(session.stop());
     if (!say_line({{"begin", i}})) return kFailed;
     const ProgramCheck check = self_test_check(device, chosen[i]);
     nlohmann::json line{

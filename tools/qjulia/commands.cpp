@@ -51,6 +51,11 @@ void describe(CommandLine& program, ChosenCommand& chosen) {
   }
 }
 
+int run_planned(const ChosenCommand& chosen, Session& session) {
+  if (chosen.plan) session.check_outputs(chosen.plan());
+  return chosen.run(session);
+}
+
 CommandUsage command_usage(const std::string& name) {
   CommandLine program(kProgramDescription, "qjulia");
   ChosenCommand chosen;

@@ -59,12 +59,31 @@ std::string table(const std::vector<FitMetrics>& metrics) {
                             figure(metrics.front().slope_variation, 0, 3));
 }
 
-int run_compare(const CompareArguments& arguments, Session& session) {
-  const CompareOptions options = checked(arguments.options, arguments.map_options);
-  const PictureOptions view = checked(arguments.view, arguments.map_options);
-  std::vector<base::Output> outputs;
-  if (!arguments.picture.empty()) outputs.push_back({"--picture", arguments.picture, {".png"}});
-  session.check_outputs({arguments.map, arguments.mesh}, outputs);
+/// The picture of a comparison, which shows the part of space and the orbits that are compared.
+PictureOptions view_of(const CompareArguments& arguments) {
+  const CompareOptions& compared = arguments.options;
+  PictureOptions view = arguments.view;
+  view.iterations = compared.iterations;
+  view.box = compared.box;
+  view.escape = compared.escape;
+  view.precision = compared.precision;
+  return view;
+}
+
+Plan plan_compare(const CompareArguments& arguments) {
+  arguments.map_options.knobs.validate();
+  arguments.options.validate();
+  view_of(arguments).validate();
+  Plan plan{{arguments.map, arguments.mesh}, {}};
+  if (!arguments.picture.empty()) {
+    plan.outputs.push_back({"--picture", arguments.picture, {".png"}});
+  }
+  return plan;
+}
+
+int run_compare(const CompareArguments& arguments, const Plan& /*plan*/, Session& session) {
+  const CompareOptions& options = arguments.options;
+  const PictureOptions view = view_of(arguments);
   const Map read = session.read_map(arguments.map);
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
@@ -118,7 +137,7 @@ void describe_compare(Command command, CompareArguments& a) {
           .offers_files({".png"});
   add_picture_setting(command, "size", a.view).needs(picture);
   for (const Option& option : add_camera(command, a.view)) option.needs(picture);
-  add_map_options(command, a.map_options, setting_named(compare_settings(), "box", "comparisons"));
+  add_map_options(command, a.map_options, compare_settings(), "comparisons", a.options);
   add_device_to_use(command, a.device);
 }
 
@@ -137,7 +156,7 @@ much as the outside: -1 if all are clearly on the right side, +1 if all are clea
 wrong one. It is not the energy that 'qjulia fit' minimises. The first line is for n = 1, the
 second for --iterations.
 )") + kMapOptionsHelp},
-              describe_compare, run_compare);
+              describe_compare, plan_compare, run_compare);
 }
 
 }  // namespace qjulia::tools

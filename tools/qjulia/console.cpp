@@ -40,6 +40,7 @@ std::string dump(const nlohmann::json& object) {
 }  // namespace
 
 void Console::note(const std::string& text) {
+  if (said_ != nullptr) return said_->notes.push_back(text);
   if (verbosity_.quiet) return;
   display_.clear();
   print_error(text + '\n');
@@ -51,17 +52,26 @@ void Console::detail(const std::string& text) {
 
 void Console::warn(const std::string& text) {
   if (!warnings_.insert(text).second) return;
+  if (said_ != nullptr) return said_->warnings.push_back(text);
   display_.clear();
   print_error("warning: " + text + '\n');
 }
 
 void Console::result(const std::string& text, const nlohmann::json& object) {
+  if (said_ != nullptr) {
+    said_->report = object;
+    return;
+  }
   display_.clear();
   print(verbosity_.json ? dump(object) : text);
 }
 
 void Console::summary(const std::string& text, const nlohmann::json& object) {
   note(text);
+  if (said_ != nullptr) {
+    said_->report = object;
+    return;
+  }
   if (verbosity_.json) print(dump(object));
 }
 
@@ -70,7 +80,7 @@ void Console::print(const std::string& text) {
 }
 
 void Console::progress(const Progress& progress) {
-  if (!verbosity_.quiet) display_.show(progress);
+  if (said_ == nullptr && !verbosity_.quiet) display_.show(progress);
 }
 
 void prepare_standard_streams() {

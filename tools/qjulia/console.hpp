@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "qjulia/progress.hpp"
 
@@ -17,6 +18,12 @@ struct Verbosity {
   bool quiet = false;    ///< only results, warnings and errors
   bool verbose = false;  ///< also where the time went
   bool json = false;     ///< the result as one JSON object
+};
+
+/// What a command says where nobody reads its words as they come.
+struct Said {
+  nlohmann::json report{};  ///< the result; null: it has none
+  std::vector<std::string> notes{}, warnings{};
 };
 
 /// Progress on standard error: a bar with the time left on a terminal, a line now and then
@@ -39,6 +46,8 @@ class ProgressDisplay {
 class Console {
  public:
   explicit Console(const Verbosity& verbosity) : verbosity_(verbosity) {}
+  /// Keeps what is said instead of printing it; progress is not kept.
+  explicit Console(Said& said) : said_(&said) {}
   ~Console() { display_.clear(); }
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
@@ -64,6 +73,7 @@ class Console {
   void print(const std::string& text);
 
   Verbosity verbosity_;
+  Said* said_ = nullptr;
   ProgressDisplay display_;
   std::set<std::string> warnings_;
   bool is_result_lost_ = false;

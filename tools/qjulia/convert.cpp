@@ -42,15 +42,22 @@ Map read_any(const std::string& file, const std::stop_token& stop) {
   return is_original_file(file) ? read_original(file) : read_map(file, stop);
 }
 
+/// Whether a distance field is to become a mesh.
+bool is_of_field(const ConvertArguments& arguments) {
+  return has_type(arguments.input, FileContent::sampled_distance, FileUse::read);
+}
+
 /// A distance field in, a mesh out.
-int run_field(const ConvertArguments& arguments, Session& session) {
+Plan plan_field(const ConvertArguments& arguments) {
   if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty() ||
       arguments.most_factors) {
     throw InputError("options change maps, and a distance field becomes a mesh: give none");
   }
-  session.check_outputs(
-      {arguments.input},
-      {output_named("OUT", arguments.output, extensions(FileContent::mesh, FileUse::write))});
+  return {{arguments.input},
+          {output_named("OUT", arguments.output, extensions(FileContent::mesh, FileUse::write))}};
+}
+
+int run_field(const ConvertArguments& arguments, Session& session) {
   const TriangleMesh mesh = mesh_of(read_sampled_distance(arguments.input));
   write_mesh(mesh, arguments.output.path);
   session.console.summary(
@@ -131,7 +138,7 @@ formula::Program program_of(const std::string& path) {
 void write_formula(const Map& map, const Refit& refitted, const Device& device,
                    const ConvertArguments& arguments, Session& session) {
   const std::string& path = arguments.output.path;
-  const formula::Reach reach = formula::reach_of(device, map, session.interrupts.token());
+  const formula::Reach reach = formula::reach_of(device, map, session.stop());
   base::write_file(path,
                    formula::formula_text(map, reach, program_of(path), name_of(arguments.input)));
   session.console.summary(
@@ -139,15 +146,17 @@ void write_formula(const Map& map, const Refit& refitted, const Device& device,
       {{"formula", path}, {"factors", map.dynamics.factors.size()}, {"refit", refitted.json}});
 }
 
-int run_convert(const ConvertArguments& arguments, Session& session) {
+Plan plan_convert(const ConvertArguments& arguments) {
   arguments.map_options.knobs.validate();
-  if (has_type(arguments.input, FileContent::sampled_distance, FileUse::read)) {
-    return run_field(arguments, session);
-  }
+  if (is_of_field(arguments)) return plan_field(arguments);
   std::vector<std::filesystem::path> inputs{arguments.input};
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
-  session.check_outputs(inputs, {output_named("OUT", arguments.output, map_outputs())});
-  Map map = read_any(arguments.input, session.interrupts.token());
+  return {std::move(inputs), {output_named("OUT", arguments.output, map_outputs())}};
+}
+
+int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session& session) {
+  if (is_of_field(arguments)) return run_field(arguments, session);
+  Map map = read_any(arguments.input, session.stop());
   std::optional<Device> opened;  // a map that stays as it is needs none
   const auto device = [&]() -> const Device& {
     return opened ? *opened : opened.emplace(session.open_device(arguments.device));
@@ -201,8 +210,7 @@ void describe_convert(Command command, ConvertArguments& a) {
       .offers_files(
           readable({FileContent::map, FileContent::original_map, FileContent::sampled_distance}));
   const auto named = [&a] {
-    const bool becomes_mesh = has_type(a.input, FileContent::sampled_distance, FileUse::read);
-    return named_after(a.input, becomes_mesh ? ".ply" : ".qjulia.json");
+    return named_after(a.input, is_of_field(a) ? ".ply" : ".qjulia.json");
   };
   auto types = extensions(FileContent::mesh, FileUse::write);
   for (const std::string& type : map_outputs()) types.push_back(type);
@@ -255,7 +263,7 @@ With knobs it writes a map in which they are turned: without these options, 'sur
 papers' programs made, without portals and paint, have formulas: see docs/guide/formulas.md.
 )") + kMapOptionsHelp,
        /*can_trace=*/false},
-      describe_convert, run_convert);
+      describe_convert, plan_convert, run_convert);
 }
 
 }  // namespace qjulia::tools

@@ -79,7 +79,7 @@ void add_checks(Command command, DoctorArguments& arguments) {
 Device device_to_check(const DoctorArguments& arguments, Session& session) {
   std::vector<base::Output> outputs;
   if (!arguments.junit.empty()) outputs.push_back({"--junit", arguments.junit, {".xml"}});
-  session.check_outputs({}, outputs);  // there may be a trace
+  session.check_outputs({{}, outputs});  // there may be a trace
   try {
     return session.open_device({arguments.device, true});
   } catch (const NoDeviceError& error) {

@@ -77,7 +77,7 @@ ProcessChecks checks_of(const Device& device, const DoctorCheckArguments& argume
   ProcessChecks all{{device.info(), device.layout(), {}}, {}, {}, {}, {}};
   const auto chosen = chosen_checks(device, arguments.programs);
   for (const std::size_t number : chosen) {
-    throw_if_stopped(session.interrupts.token());
+    throw_if_stopped(session.stop());
     const auto done = static_cast<double>(all.report.checks.size());
     session.monitor().report({"checking", done / static_cast<double>(chosen.size()), -1, {}});
     all.report.checks.push_back(self_test_check(device, number));

@@ -12,7 +12,7 @@ struct CompareReportsArguments {
 };
 
 int run_compare_reports(const CompareReportsArguments& arguments, Session& session) {
-  session.check_outputs({arguments.before, arguments.after}, {});
+  session.check_outputs({{arguments.before, arguments.after}, {}});
   ReportComparison found =
       compare_reports(read_report(arguments.before, "A"), read_report(arguments.after, "B"));
   found.json["program"] = program_name();

@@ -52,7 +52,7 @@ void run_row(MatrixRow& row, const std::vector<std::string>& words, Session& ses
   const base::TemporaryFolder cache("qjulia-doctor");
   auto environment = row.environment;
   environment["POCL_CACHE_DIR"] = cache.path().string();
-  const ChildOutput child = child_output(words, session.interrupts.token(), environment);
+  const ChildOutput child = child_output(words, session.stop(), environment);
   std::istringstream lines(child.err);
   for (std::string line; std::getline(lines, line);) {
     line = base::to_utf8(line);

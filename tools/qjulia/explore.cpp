@@ -60,7 +60,7 @@ explore::FitTask fit_task(const ExploreArguments& arguments, const Device& devic
       write_map(result.map, arguments.output);
       session.console.note("map: " + arguments.output);
     } catch (const OutputError& error) {
-      if (session.interrupts.requested()) throw;
+      if (session.stop().stop_requested()) throw;
       // The page still has the map.
       session.console.warn(error.what());
     }
@@ -71,8 +71,7 @@ explore::FitTask fit_task(const ExploreArguments& arguments, const Device& devic
 std::unique_ptr<explore::Server> server_of(const ExploreArguments& arguments, const Device& device,
                                            Session& session) {
   if (!is_mesh_file(arguments.input)) {
-    return std::make_unique<explore::Server>(device,
-                                             read_map(arguments.input, session.interrupts.token()),
+    return std::make_unique<explore::Server>(device, read_map(arguments.input, session.stop()),
                                              name_of(arguments.input), arguments.options);
   }
   const std::filesystem::path map =
@@ -88,7 +87,7 @@ void check_input(const ExploreArguments& arguments, Session& session) {
   if (is_mesh_file(arguments.input)) {
     if (arguments.output.empty()) return;
     check_map_name(arguments.output);
-    return session.check_outputs({arguments.input}, {{"--output", arguments.output}});
+    return session.check_outputs({{arguments.input}, {{"--output", arguments.output}}});
   }
   if (arguments.output.empty() && !arguments.fit.factors && !arguments.fit.time_limit) return;
   throw InputError(fmt::format(
@@ -190,12 +189,11 @@ int run_explore(const ExploreArguments& arguments, Session& session) {
         "others on the network can reach this page, and whoever knows its address can use this "
         "device; nothing is encrypted");
   }
-  const std::string address =
-      server->address() + view_of(arguments.input, session.interrupts.token());
+  const std::string address = server->address() + view_of(arguments.input, session.stop());
   session.console.result(address, {{"address", address}});
   session.console.note("open this address in a browser; Ctrl-C ends");
   const auto opened = arguments.opens ? open_page(address, session) : nullptr;
-  const bool is_cut_short = server->run(session.interrupts.token());
+  const bool is_cut_short = server->run(session.stop());
   session.report_kernels(device);
   if (is_cut_short && arguments.output.empty()) throw Interrupted();
   return is_cut_short ? kInterrupted : kDone;

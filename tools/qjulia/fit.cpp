@@ -87,7 +87,7 @@ void check_files(const FitCommandArguments& arguments, const FitOptions& options
   if (!arguments.report.empty()) {
     outputs.push_back({"--report", report_file(arguments), {}, true});
   }
-  session.check_outputs(inputs, outputs);
+  session.check_outputs({inputs, outputs});
   if (!arguments.report.empty()) {
     outputs.back() = {"--report", arguments.report};
     base::check_distinct({}, outputs);
@@ -131,11 +131,11 @@ TrustedDevice own_device(const LaunchedRanks& ranks, const TrustedDevice& wanted
 /// @throws InputError if reading takes longer than the time limit, which leaves no time to fit.
 TriangleMesh read_in_time(const std::string& mesh, double time_limit, Session& session) {
   constexpr double kLate = 0.5;  // seconds; measuring the mesh coarsely takes about one more
-  const base::Deadline deadline(session.interrupts.token(), time_limit + kLate - session.seconds());
+  const base::Deadline deadline(session.stop(), time_limit + kLate - session.seconds());
   try {
     return session.read_mesh(mesh, deadline.token());
   } catch (const Interrupted&) {
-    if (session.interrupts.requested()) throw;
+    if (session.stop().stop_requested()) throw;
     throw InputError(
         fmt::format("--time-limit: reading '{}' alone takes longer than {:g} s; give more seconds, "
                     "or a mesh of fewer triangles",

@@ -359,7 +359,7 @@ void add_command_of(const nlohmann::json& job, const std::string& file, Answer& 
 }
 
 Answer map_info(const InfoArguments& arguments, const Session& session) {
-  const Map map = read_map(arguments.file, session.interrupts.token());
+  const Map map = read_map(arguments.file, session.stop());
   const char* formula =
       std::holds_alternative<QuadraticModulus>(map.dynamics.modulus) ? " q² + c" : "";
   Answer answer{fmt::format("{}: {} map{}", arguments.file, map.dynamics.kind(), formula),
@@ -393,9 +393,9 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
     // It says nothing of how it was made.
   }
   if (const auto device = device_for(arguments, answer)) {
-    describe_orbits(map, *device, session.interrupts.token(), answer);
+    describe_orbits(map, *device, session.stop(), answer);
     if (arguments.check_precision) {
-      describe_precision(map, *device, session.interrupts.token(), answer);
+      describe_precision(map, *device, session.stop(), answer);
     }
   }
   if (session.console.verbose()) answer.add("provenance    " + map.provenance.json().dump(2));
@@ -430,13 +430,13 @@ void describe_making(const InfoArguments& arguments, const std::stop_token& stop
 
 /// A picture of ours: what it shows, and how it was made.
 Answer picture_info(const InfoArguments& arguments, const Session& session) {
-  const nlohmann::json note = embedded_note(arguments.file, session.interrupts.token());
+  const nlohmann::json note = embedded_note(arguments.file, session.stop());
   Answer answer{fmt::format("{}: picture, {} x {} pixels", arguments.file, note.at("width").dump(),
                             note.at("height").dump()),
                 {{"file", arguments.file}, {"type", "picture"}}};
   answer.json.update(note);
   add_making(note.at("made_with"), arguments.file, answer);
-  add_held_map(arguments.file, session.interrupts.token(), answer);
+  add_held_map(arguments.file, session.stop(), answer);
   return answer;
 }
 

@@ -11,7 +11,6 @@
 #include "qjulia/fit_settings.hpp"
 #include "qjulia/knob_table.hpp"
 #include "qjulia/map_detail.hpp"
-#include "qjulia/orbit_settings.hpp"
 #include "setting_option.hpp"
 
 namespace qjulia::tools {
@@ -60,18 +59,6 @@ void add_knobs(Command command, MapOptions& options) {
   for (const Knob& knob : knob_table()) options.keep({add_knob(command, knob, options)});
 }
 
-void add_map_options(Command command, MapOptions& options, const Setting& box,
-                     const Setting& escape) {
-  const auto add = [&](const Setting& setting, const ValuePlace& place) {
-    options.keep({add_setting(command, setting, place)});
-  };
-  add(iterations_setting(), &options.iterations);
-  add_knobs(command, options);
-  add(box, &options.box);
-  add(escape, &options.escape);
-  add(precision_setting(), WordPlace(options.precision));
-}
-
 Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
                const std::string& file) {
   try {
@@ -97,15 +84,13 @@ std::string unbounded_warning(const Map& map) {
       degree, degree > 0 && map.frame.detail ? "use a smaller --detail" : "fit the map again");
 }
 
-void warn_if_unbounded(const Map& map, const MapOptions& options, const std::string& file,
-                       Console& console) {
+void warn_if_unbounded(const Map& map, int iterations, const std::string& file, Console& console) {
   const std::string warning = unbounded_warning(map);
-  if (options.iterations > 1 && !warning.empty()) console.warn(file + ": " + warning);
+  if (iterations > 1 && !warning.empty()) console.warn(file + ": " + warning);
 }
 
 nlohmann::json to_json(const MapOptions& options) {
   nlohmann::json json;
-  base::add_json(json, orbit_settings<MapOptions>(), options);
   base::add_json(json, knob_table(), options.knobs);
   if (options.detail_word) json["detail"] = to_string(*options.detail_word);
   return json;

@@ -11,17 +11,13 @@
 #include "console.hpp"
 #include "qjulia/detail_choice.hpp"
 #include "qjulia/knobs.hpp"
-#include "qjulia/orbit_settings.hpp"
+#include "setting_option.hpp"
 
 namespace qjulia::tools {
 
 struct MapOptions {
   MapKnobs knobs;
   std::optional<DetailWord> detail_word;  ///< asks for a detail that the map decides
-  int iterations = 6;
-  std::optional<Box> box;        ///< shape units
-  std::optional<double> escape;  ///< map units
-  Precision precision = Precision::single;
 
   /// The names of the options on the command line, such as "--detail".
   std::vector<std::string> given() const;
@@ -34,23 +30,18 @@ struct MapOptions {
 /// The knobs alone. `options` must stay where it is.
 void add_knobs(Command command, MapOptions& options);
 
-/// All of them: --iterations, the knobs, --box, --escape, --precision. `options` must stay where it
-/// is.
-/// @param box, escape as the command's own table describes them.
-void add_map_options(Command command, MapOptions& options, const Setting& box,
-                     const Setting& escape = escape_setting());
-
-/// A command's own options with what was given here. @throws InputError where either cannot be
-/// used.
-template <class Options>
-Options checked(Options own, const MapOptions& options) {
-  own.iterations = options.iterations;
-  own.box = options.box;
-  if (options.escape) own.escape = *options.escape;
-  own.precision = options.precision;
-  options.knobs.validate();
-  own.validate();
-  return own;
+/// --iterations, the knobs, --box, --escape, --precision. Both structs must stay where they are.
+/// @param table the settings of `own`, the command's own options. @param what they are of.
+template <class Table, class Options>
+void add_map_options(Command command, MapOptions& options, const Table& table, const char* what,
+                     Options& own) {
+  const auto add = [&](const char* name) {
+    const auto& setting = setting_named(table, name, what);
+    options.keep({add_setting(command, setting, setting.place(own))});
+  };
+  add("iterations");
+  add_knobs(command, options);
+  for (const char* name : {"box", "escape", "precision"}) add(name);
 }
 
 /// How these options act together, for the end of a command's help.
@@ -65,10 +56,9 @@ Map with_knobs(const Device& device, const Map& map, const MapOptions& options,
 std::string unbounded_warning(const Map& map);
 
 /// Shows that warning if n > 1. @param file of the map.
-void warn_if_unbounded(const Map& map, const MapOptions& options, const std::string& file,
-                       Console& console);
+void warn_if_unbounded(const Map& map, int iterations, const std::string& file, Console& console);
 
-/// The options by name, null where not given.
+/// The knobs by name, null where not given.
 nlohmann::json to_json(const MapOptions& options);
 
 }  // namespace qjulia::tools

@@ -38,14 +38,13 @@ PaintRamp ramp_of(const std::string& text) {
       "'{}' is not AXIS=LOW:HIGH with x, y or z and two shares, such as y=1:0.1", text));
 }
 
-int run_paint(const PaintArguments& arguments, Session& session) {
-  PaintOptions options = arguments.options;
+Plan plan_paint(const PaintArguments& arguments) {
+  const PaintOptions& options = arguments.options;
   if (!arguments.property.empty() && arguments.mesh.empty()) {
     throw InputError("--property: it names a number of a mesh's vertices; give the mesh by --mesh");
   }
   std::vector<std::filesystem::path> inputs{arguments.map};
   if (!arguments.mesh.empty()) inputs.emplace_back(arguments.mesh);
-  session.check_outputs(inputs, {{"--output", arguments.output, {".json"}}});
   const bool paints = !options.balls.empty() || !options.blocks.empty() || options.thickness ||
                       options.ramp || !arguments.mesh.empty() ||
                       options.elsewhere != PaintOptions{}.elsewhere;
@@ -53,11 +52,15 @@ int run_paint(const PaintArguments& arguments, Session& session) {
     throw InputError("--clear only removes paint; leave it out, or the options that paint");
   }
   options.validate();
+  return {std::move(inputs), {{"--output", arguments.output, {".json"}}}};
+}
+
+int run_paint(const PaintArguments& arguments, const Plan& /*plan*/, Session& session) {
+  PaintOptions options = arguments.options;
   Map map = session.read_map(arguments.map);
   map.layers.paint.reset();
   if (!arguments.mesh.empty()) {
-    options.mesh =
-        read_painted_mesh(arguments.mesh, arguments.property, session.interrupts.token());
+    options.mesh = read_painted_mesh(arguments.mesh, arguments.property, session.stop());
   }
   if (arguments.clear) {
     add_job(map, session.job());
@@ -135,7 +138,7 @@ Each place has a share of the map's detail: with 1 nothing changes, with 0 the s
 the smooth shape (to 1/256 of the detail). Ramp and mesh multiply, blocks and balls take
 the place of what is there, and --thickness bounds the result. The paint is a part of the
 map, and every command follows it. See docs/guide/painting.md.)"},
-              describe_paint, run_paint);
+              describe_paint, plan_paint, run_paint);
 }
 
 }  // namespace qjulia::tools

@@ -101,12 +101,8 @@ const Setters& setters() {
     for (const PictureSetting& setting : picture_settings()) {
       add(setting, [&setting](MapOptions&, PictureOptions& p) { return setting.place(p); });
     }
-    made["escape"] = [](double v, MapOptions& m, PictureOptions& p) {
-      picture_setting_named("escape").expect_in_range(v);
-      m.escape = p.escape = v;
-    };
-    made["iterations"] = [](double v, MapOptions& m, PictureOptions& p) {
-      m.iterations = p.iterations = static_cast<int>(whole(v));
+    made["iterations"] = [](double v, MapOptions&, PictureOptions& p) {
+      p.iterations = static_cast<int>(whole(v));
     };
     return made;
   }();

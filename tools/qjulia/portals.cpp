@@ -23,10 +23,13 @@ struct PortalsArguments {
   PortalOptions options;
 };
 
-int run_portals(const PortalsArguments& arguments, Session& session) {
+Plan plan_portals(const PortalsArguments& arguments) {
+  arguments.options.validate();
+  return {{arguments.map}, {{"--output", arguments.output, {".json"}}}};
+}
+
+int run_portals(const PortalsArguments& arguments, const Plan& /*plan*/, Session& session) {
   const PortalOptions& options = arguments.options;
-  options.validate();
-  session.check_outputs({arguments.map}, {{"--output", arguments.output, {".json"}}});
   Map map = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   map.layers.portals = proposed_portals(device, map, options, session.monitor());
@@ -78,7 +81,7 @@ Portals are balls in which the map moves, turns and enlarges space instead, so t
 of the set stands there, with copies on it in turn. Copies are put on protrusions, far apart
 from each other. The map file lists them under "portals": move, turn and scale them
 there. See docs/guide/portals.md.)"},
-              describe_portals, run_portals);
+              describe_portals, plan_portals, run_portals);
 }
 
 }  // namespace qjulia::tools

@@ -84,11 +84,11 @@ std::vector<std::string> words_of(const MeasuredArguments& arguments) {
 }
 
 int run_against(const AgainstArguments& arguments, Session& session) {
-  session.check_outputs(inputs_of(arguments.measured), {});
+  session.check_outputs({inputs_of(arguments.measured), {}});
   arguments.measured.options.validate();
   const benchmark::ComparisonOptions comparison = arguments.comparison.checked();
   const double limit = arguments.measured.options.time_limit.value_or(kUsualLimit);
-  const std::stop_token stop = session.interrupts.token();
+  const std::stop_token stop = session.stop();
   const std::vector<std::string> given = words_of(arguments.measured);
   const auto once = [&](const std::string& program) {
     return [&, program](const std::vector<std::string>& open) {

@@ -54,7 +54,7 @@ struct CompareProfilesArguments : ComparisonArguments {
 };
 
 int run_compare_profiles(const CompareProfilesArguments& arguments, Session& session) {
-  session.check_outputs({arguments.before, arguments.after}, {});
+  session.check_outputs({{arguments.before, arguments.after}, {}});
   const benchmark::ComparisonOptions options = arguments.checked();
   const nlohmann::json old = read_report(arguments.before, "OLD");
   const nlohmann::json now = read_report(arguments.after, "NEW");

@@ -26,7 +26,7 @@ void show(const Device& device, const std::string& text, const std::string& file
 }
 
 int run_export(const ExchangeArguments& arguments, Session& session) {
-  session.check_outputs({}, {{"FILE", arguments.file, {".json"}}});
+  session.check_outputs({{}, {{"FILE", arguments.file, {".json"}}}});
   const Device device = session.open_device(arguments.device);
   export_tuning(device, arguments.file);
   show(device, "", arguments.file, session);
@@ -34,7 +34,7 @@ int run_export(const ExchangeArguments& arguments, Session& session) {
 }
 
 int run_import(const ExchangeArguments& arguments, Session& session) {
-  session.check_outputs({arguments.file}, {});
+  session.check_outputs({{arguments.file}, {}});
   const Device device = import_tuning(session.open_device(arguments.device), arguments.file);
   show(device, " kept in", tuning_file(device.info()).string(), session);
   return kDone;

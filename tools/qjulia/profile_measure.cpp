@@ -36,7 +36,7 @@ void check_files(const MeasureArguments& arguments, Session& session) {
   if (!arguments.baseline.empty()) inputs.emplace_back(arguments.baseline);
   if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
   if (!arguments.plot.empty()) outputs.push_back({"--plot", arguments.plot, {".png"}});
-  session.check_outputs(inputs, outputs);
+  session.check_outputs({inputs, outputs});
 }
 
 int run_measure(const MeasureArguments& arguments, Session& session) {

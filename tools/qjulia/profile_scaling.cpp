@@ -18,7 +18,7 @@ struct ScalingArguments : MeasuredArguments {
 int run_scaling(const ScalingArguments& arguments, Session& session) {
   std::vector<base::Output> outputs;
   if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
-  session.check_outputs({}, outputs);
+  session.check_outputs({{}, outputs});
   const Device device = session.open_device(arguments.device);
   ScalingOptions options;
   options.precision = arguments.options.precision;

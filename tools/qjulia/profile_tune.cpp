@@ -37,7 +37,7 @@ void add_to_grid(const std::string& text, TuneGrid& grid) {
 }
 
 int run_tune(const MeasuredArguments& arguments, Session& session) {
-  session.check_outputs(inputs_of(arguments), {});
+  session.check_outputs({inputs_of(arguments), {}});
   const ProfileOptions options = read_measured(arguments, session);
   const Device device = session.open_device(arguments.device);
   const std::string file = tuning_file(device.info()).string();
@@ -58,7 +58,7 @@ int run_tune(const MeasuredArguments& arguments, Session& session) {
 int run_grid(const GridArguments& arguments, Session& session) {
   std::vector<base::Output> outputs;
   if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
-  session.check_outputs(inputs_of(arguments), outputs);
+  session.check_outputs({inputs_of(arguments), outputs});
   const ProfileOptions options = read_measured(arguments, session);
   const Device device = session.open_device(arguments.device);
   const GridReport report = measure_grid(device, options, arguments.grid, session.monitor());

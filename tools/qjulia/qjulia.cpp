@@ -23,7 +23,7 @@ int run_command(const ChosenCommand& chosen) {
   Session session(chosen.verbosity, chosen.trace, chosen.profile);
   session.begin(chosen.job);
   try {
-    const int code = chosen.run(session);
+    const int code = run_planned(chosen, session);
     session.finish();
     return session.console.is_result_lost() ? std::max<int>(code, kFailed) : code;
   } catch (const Interrupted&) {

@@ -42,7 +42,9 @@ struct RenderArguments {
 };
 
 PictureOptions checked_options(const RenderArguments& arguments) {
-  PictureOptions options = checked(arguments.options, arguments.map_options);
+  PictureOptions options = arguments.options;
+  options.validate();
+  arguments.map_options.knobs.validate();
   if (arguments.palette) options.palette = palette_of(*arguments.palette, options.material);
   auto given = arguments.map_options.given();
   if (!options.cuts.empty()) given.emplace_back("--cut");
@@ -77,11 +79,12 @@ Scene read_scene(const RenderArguments& arguments, Session& session) {
 }
 
 /// The scene with the map's knobs turned, as its picture shows it.
-Scene turned(const Device& device, Scene scene, const std::string& input, const MapOptions& options,
+/// @param view what is turned, and how orbits are iterated then.
+Scene turned(const Device& device, Scene scene, const std::string& input, const View& view,
              Session& session) {
   if (!scene.map) return scene;
-  scene.map = with_knobs(device, *scene.map, options, input);
-  warn_if_unbounded(*scene.map, options, input, session.console);
+  scene.map = with_knobs(device, *scene.map, view.map_options, input);
+  warn_if_unbounded(*scene.map, view.picture.iterations, input, session.console);
   return scene;
 }
 
@@ -89,7 +92,7 @@ Studio studio_of(const Device& device, const Scene& scene, const PictureOptions&
                  Session& session) {
   const TraceStage stage(session.trace(), "studio");
   if (!scene.map) return {device, scene.mesh, scene.mesh.box(), options};
-  return {device, *scene.map, options, session.interrupts.token()};
+  return {device, *scene.map, options, session.stop()};
 }
 
 /// The map that a picture of the scene holds.
@@ -198,6 +201,25 @@ PictureOptions as_drawn(PictureOptions options, Studio& studio) {
   return options;
 }
 
+/// What is drawn, and into which files.
+struct RenderPlan : Plan {
+  PictureOptions options;
+  std::optional<Sweep> sweep;
+};
+
+RenderPlan plan_render(const RenderArguments& arguments) {
+  RenderPlan plan;
+  plan.options = checked_options(arguments);
+  plan.sweep = wanted_sweep(arguments.sweep, arguments.input, arguments.map_options,
+                            arguments.camera, plan.options);
+  if (plan.sweep && (!arguments.layers.empty() || arguments.preview)) {
+    throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
+  }
+  plan.inputs = {arguments.input};
+  plan.outputs = outputs_of(arguments, plan.sweep);
+  return plan;
+}
+
 /// The cameras of a sweep.
 std::vector<Camera> cameras_of(const Sweep& sweep, const PictureOptions& options) {
   std::vector<Camera> cameras;
@@ -237,8 +259,9 @@ Series series_of(const RenderArguments& arguments, const PictureOptions& options
     PictureOptions draft = options;
     const std::size_t number = drafts == 1 ? 0 : i * (sweep.values.size() - 1) / (drafts - 1);
     sweep.set(sweep.values[number], map_options, draft);
-    const Scene turned_scene = turned(device, scene, arguments.input, map_options, session);
-    studio = Studio::of_drafts(device, *turned_scene.map, draft, session.interrupts.token());
+    const Scene turned_scene =
+        turned(device, scene, arguments.input, {map_options, draft}, session);
+    studio = Studio::of_drafts(device, *turned_scene.map, draft, session.stop());
     if (!is_placed) {
       const std::vector<Eigen::Vector3d> outline = studio->outline();
       seen.insert(seen.end(), outline.begin(), outline.end());
@@ -253,8 +276,9 @@ Series series_of(const RenderArguments& arguments, const PictureOptions& options
 }
 
 /// A picture for each value, numbered, and all of them with captions on one sheet.
-int run_sweep(const RenderArguments& arguments, const PictureOptions& options, const Sweep& sweep,
-              Session& session) {
+int run_sweep(const RenderArguments& arguments, const RenderPlan& plan, Session& session) {
+  const PictureOptions& options = plan.options;
+  const Sweep& sweep = *plan.sweep;
   const Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
   Scene shown;
@@ -263,7 +287,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   std::optional<Studio> studio;
   Series series;
   if (sweep.is_of_camera()) {
-    shown = turned(device, scene, arguments.input, arguments.map_options, session);
+    shown = turned(device, scene, arguments.input, {arguments.map_options, options}, session);
     studio = studio_of(device, shown, options, session);
     series = {studio->aimed(cameras_of(sweep, options)), {}};
     if (has_range(options) && !options.range) {
@@ -285,7 +309,7 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
     frame_options.camera = series.cameras[frames.size()];
     if (!sweep.is_of_camera()) {
       frame_options.range = series.range;
-      shown = turned(device, scene, arguments.input, map_options, session);
+      shown = turned(device, scene, arguments.input, {map_options, frame_options}, session);
       studio = studio_of(device, shown, frame_options, session);
     }
     const Image image = studio->picture(frame_options.camera,
@@ -325,20 +349,14 @@ int run_sweep(const RenderArguments& arguments, const PictureOptions& options, c
   return kDone;
 }
 
-int run_render(const RenderArguments& arguments, Session& session) {
-  const PictureOptions options = checked_options(arguments);
-  const auto sweep = wanted_sweep(arguments.sweep, arguments.input, arguments.map_options,
-                                  arguments.camera, options);
-  if (sweep && (!arguments.layers.empty() || arguments.preview)) {
-    throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
-  }
-  session.check_outputs({arguments.input}, outputs_of(arguments, sweep));
-  if (arguments.preview)
-    check_preview(preview_path(arguments.output.path), session.interrupts.token());
-  if (sweep) return run_sweep(arguments, options, *sweep, session);
+int run_render(const RenderArguments& arguments, const RenderPlan& plan, Session& session) {
+  const PictureOptions& options = plan.options;
+  if (arguments.preview) check_preview(preview_path(arguments.output.path), session.stop());
+  if (plan.sweep) return run_sweep(arguments, plan, session);
   Scene scene = read_scene(arguments, session);
   const Device device = session.open_device(arguments.device);
-  scene = turned(device, std::move(scene), arguments.input, arguments.map_options, session);
+  scene =
+      turned(device, std::move(scene), arguments.input, {arguments.map_options, options}, session);
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
   Studio studio = studio_of(device, scene, options, session);
   const auto [image, layers] =
@@ -423,9 +441,7 @@ void describe_render(Command command, RenderArguments& a) {
       .not_in_job();
   add_picture_setting(command, "exact", a.options);
   add_look(command, a.palette, a.options);
-  Setting box = with_help(picture_setting_named("box"), picture_setting_named("box").help);
-  box.left_out = "the whole set";
-  add_map_options(command, a.map_options, box);
+  add_map_options(command, a.map_options, picture_settings(), "pictures", a.options);
   add_device_to_use(command, a.device);
 }
 
@@ -453,7 +469,7 @@ picture too; 'qjulia run' draws it again, and 'qjulia explore' opens the view. O
 )") + kMapOptionsHelp,
                /*can_trace=*/true,
                /*can_profile=*/true},
-              describe_render, run_render);
+              describe_render, plan_render, run_render);
 }
 
 }  // namespace qjulia::tools

@@ -223,7 +223,7 @@ void say_what_differs(const Job& job, Session& session) {
 }
 
 int run_run(const RunArguments& arguments, Session& session) {
-  Found found = read_job(arguments.file, session.interrupts.token());
+  Found found = read_job(arguments.file, session.stop());
   const CommandUsage usage = command_usage(found.job.command);
   if (output_of(usage) == nullptr) {
     throw InputError(fmt::format("the job in '{}' runs '{}', which makes no file", arguments.file,
@@ -254,7 +254,7 @@ int run_run(const RunArguments& arguments, Session& session) {
     throw InputError(fmt::format("the job in '{}': {}", arguments.file, error.what()));
   }
   session.begin(kept);
-  return chosen.run(session);
+  return run_planned(chosen, session);
 }
 
 void describe_run(Command command, RunArguments& a) {

@@ -36,17 +36,24 @@ std::vector<std::string> field_types() {
   return types;
 }
 
-int run_sample(const SampleArguments& arguments, Session& session) {
-  const SampleOptions options = checked(arguments.options, arguments.map_options);
-  session.check_outputs({arguments.map},
-                        {output_named("--output", arguments.output, field_types())});
-  const bool makes_volume = has_type(arguments.output.path, FileContent::volume, FileUse::write);
-  if (makes_volume) volume::expect_openvdb(arguments.output.path);
+bool makes_volume(const SampleArguments& arguments) {
+  return has_type(arguments.output.path, FileContent::volume, FileUse::write);
+}
+
+Plan plan_sample(const SampleArguments& arguments) {
+  arguments.map_options.knobs.validate();
+  arguments.options.validate();
+  return {{arguments.map}, {output_named("--output", arguments.output, field_types())}};
+}
+
+int run_sample(const SampleArguments& arguments, const Plan& /*plan*/, Session& session) {
+  const SampleOptions& options = arguments.options;
+  if (makes_volume(arguments)) volume::expect_openvdb(arguments.output.path);
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   const Map map = with_knobs(device, read, arguments.map_options, arguments.map);
   const nlohmann::json how = made_with(session.job());
-  const CellGrid grid = makes_volume
+  const CellGrid grid = makes_volume(arguments)
                             ? volume::write_grids(device, map, options,
                                                   {named_after(arguments.map, ""), one_line(how)},
                                                   arguments.output.path, session.monitor())
@@ -77,8 +84,7 @@ void describe_sample(Command command, SampleArguments& a) {
       .offers_files(field_types());
   const auto& resolution = setting_named(sample_settings(), "resolution", "samples");
   add_setting(command, resolution, resolution.place(a.options));
-  add_map_options(command, a.map_options, setting_named(sample_settings(), "box", "samples"),
-                  setting_named(sample_settings(), "escape", "samples"));
+  add_map_options(command, a.map_options, sample_settings(), "samples", a.options);
   add_device_to_use(command, a.device);
 }
 
@@ -95,7 +101,7 @@ surface level ('qjulia info' and --json print it). In .npy the array is [x][y][z
 opens .vti, and a contour of F at the level is the set's surface. A .vdb has the grid "F"
 and "density", for smoke: the level less F_n, from 0 to 1, in single precision.
 )") + kMapOptionsHelp},
-              describe_sample, run_sample);
+              describe_sample, plan_sample, run_sample);
 }
 
 }  // namespace qjulia::tools

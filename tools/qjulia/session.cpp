@@ -58,26 +58,34 @@ WaitTime since(const WaitTime& then, WaitTime now) {
 }  // namespace
 
 Session::Session(const Verbosity& verbosity, std::string trace_file, std::string profile_file)
-    : console(verbosity),
+    : interrupts_(std::make_unique<Interrupts>()),
+      stop_(interrupts_->token()),
+      console(verbosity),
       trace_file_(std::move(trace_file)),
       profile_file_(std::move(profile_file)) {
   if (!trace_file_.empty() || !profile_file_.empty()) trace_ = std::make_shared<Trace>(start_);
   if (!profile_file_.empty()) counter_ = std::make_unique<LaunchCounter>();
 }
 
+Session::Session(JobPlace place, Said& said)
+    : place_(std::move(place)),
+      stop_(place_.monitor.stop),
+      console(said),
+      trace_(place_.monitor.trace) {}
+
 Session::~Session() {
   for (const int pipe : pipes_) ::close(pipe);
 }
 
-void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
-                            std::vector<base::Output> outputs) {
+void Session::check_outputs(const Plan& plan) {
+  std::vector<base::Output> outputs = plan.outputs;
   if (trace_ && !trace_file_.empty()) outputs.push_back({"--trace", trace_file_});
   if (trace_ && !profile_file_.empty()) outputs.push_back({"--profile", profile_file_, {".json"}});
-  base::check_distinct(inputs, outputs);
+  base::check_distinct(plan.inputs, outputs);
   for (const base::Output& output : outputs) base::check_writable(output);
   for (const base::Output& output : outputs) {
     if (is_named_pipe(output.path)) {
-      pipes_.push_back(opened_when_read(output.path, interrupts.token()));
+      pipes_.push_back(opened_when_read(output.path, stop()));
     }
   }
   // Files may change while the command works.
@@ -86,8 +94,8 @@ void Session::check_outputs(const std::vector<std::filesystem::path>& inputs,
 }
 
 ProgressMonitor Session::monitor() {
-  return {[this](const Progress& progress) { console.progress(progress); }, interrupts.token(),
-          trace_};
+  if (!interrupts_) return place_.monitor;
+  return {[this](const Progress& progress) { console.progress(progress); }, stop(), trace_};
 }
 
 void Session::finish() {
@@ -132,7 +140,7 @@ void Session::start_meter(const Device& device) {
   if (!counter_ || meter_) return;
   const double before = seconds();
   const LaunchCounter apart;  // so that the command's does not count the meter's launches
-  meter_ = std::make_unique<CommandMeter>(device, interrupts.token());
+  meter_ = std::make_unique<CommandMeter>(device, stop());
   device.reset_kernel_times();
   meter_seconds_ = seconds() - before;
 }
@@ -140,7 +148,7 @@ void Session::start_meter(const Device& device) {
 Map Session::read_map(const std::string& file) {
   const TraceStage stage(trace_, "read the map");
   expect_map("this command", file);
-  return qjulia::read_map(file, interrupts.token());
+  return qjulia::read_map(file, stop());
 }
 
 TriangleMesh Session::read_mesh(const std::string& file, const std::stop_token& stop) {
@@ -176,6 +184,10 @@ void Session::expect_right_results(const Device& device, const TrustedDevice& wa
 }
 
 Device Session::open_device(const TrustedDevice& wanted) {
+  if (place_.device) {
+    job_.device = device_json(place_.device->info());
+    return *place_.device;
+  }
   expect_room_for_drivers();
   const auto [device, warning] = with_cached_tuning(Device::choose(wanted));
   if (!warning.empty()) console.warn(warning);
@@ -186,7 +198,7 @@ Device Session::open_device(const TrustedDevice& wanted) {
   if (const std::string fault = known_fault(device.info()); !fault.empty()) console.warn(fault);
   expect_right_results(device, wanted);
   job_.device = device_json(device.info());
-  if (trace_) {
+  if (trace_ && interrupts_) {
     start_meter(device);
     untraced_wait_ = device.wait_time();
     device.record(trace_);

@@ -1,5 +1,5 @@
 #pragma once
-/// One run of the command: what it says, when it is to stop, how long it has run.
+/// One run of a command: what it says, when it is to stop, how long it has run.
 
 #include <chrono>
 #include <memory>
@@ -19,12 +19,37 @@
 
 namespace qjulia::tools {
 
+/// The files that a command reads and writes, known before it does anything.
+struct Plan {
+  std::vector<std::filesystem::path> inputs;
+  std::vector<base::Output> outputs;
+};
+
+/// What runs a job inside another command, or inside another program.
+struct JobPlace {
+  std::optional<Device> device{};  ///< none: the job opens one itself
+  ProgressMonitor monitor{};       ///< is shown its progress, and stops it
+};
+
 class Session {
+  // The signals are blocked before anything can start a thread.
+  std::unique_ptr<Interrupts> interrupts_;
+  JobPlace place_;
+  std::stop_token stop_;
+
  public:
+  /// Of the program's own command: signals stop it, and it speaks to the terminal.
   /// @param trace_file where `finish` writes a trace; empty: nowhere.
   /// @param profile_file where it writes the command's profile; empty: nowhere.
   Session(const Verbosity& verbosity, std::string trace_file, std::string profile_file);
+  /// Of a job that runs inside another command: what it says goes to `said`.
+  Session(JobPlace place, Said& said);
   ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// Asked to stop where a signal has come, or whoever runs the job wants it no more.
+  std::stop_token stop() const { return stop_; }
 
   /// Wall time since the command started.
   double seconds() const {
@@ -38,17 +63,17 @@ class Session {
   /// Checks all that a command reads and writes, with the trace, before any work. Pipes among the
   /// outputs are waited for until somebody reads them, as a shell's '>' does. @throws InputError,
   /// OutputError, Interrupted
-  void check_outputs(const std::vector<std::filesystem::path>& inputs,
-                     std::vector<base::Output> outputs);
-  /// Progress to the console, stop requests from signals, stages to the trace. Valid as long as
-  /// this session.
+  void check_outputs(const Plan& plan);
+  /// Where progress goes and stop requests come from; stages go to the trace. Valid as long as this
+  /// session.
   ProgressMonitor monitor();
   /// Reads a map. @throws InputError
   Map read_map(const std::string& file);
   /// Reads a mesh, and warns of what is wrong with it. @throws InputError
-  TriangleMesh read_mesh(const std::string& file) { return read_mesh(file, interrupts.token()); }
+  TriangleMesh read_mesh(const std::string& file) { return read_mesh(file, stop()); }
   TriangleMesh read_mesh(const std::string& file, const std::stop_token& stop);
-  /// Chooses a device, with the settings kept for it, says which, and tests it where that is due.
+  /// Chooses a device, with the settings kept for it, says which, and tests it where that is due;
+  /// or the one that the job was given.
   /// @throws NoDeviceError
   Device open_device(const TrustedDevice& wanted);
   /// Before the first use of a GPU, unless it is trusted: tests it, and warns of what fails. The
@@ -66,8 +91,6 @@ class Session {
   /// With --verbose: how long each kernel ran on the device.
   void report_kernels(const Device& device);
 
-  // The signals are blocked before anything can start a thread.
-  Interrupts interrupts;
   Console console;
   std::string written_so_far = "nothing was written";  ///< what an interrupted command says
 

@@ -101,18 +101,23 @@ nlohmann::json options_json(const ShapeArguments& arguments) {
   return json;
 }
 
-int run_shape(const ShapeArguments& arguments, Session& session) {
-  ExactMapOptions options = arguments.options;
+/// The versor may be that of a map, which is read once the outputs are checked.
+Plan plan_shape(const ShapeArguments& arguments) {
   std::vector<std::filesystem::path> inputs{arguments.mesh};
   if (const Words words = base::split(arguments.versor, ':');
       !is_noise(words) && !is_random(words)) {
     inputs.emplace_back(arguments.versor);
   }
   check_map_name(arguments.output.path);
-  session.check_outputs(inputs, {output_named("--output", arguments.output)});
+  arguments.options.validate();
+  arguments.paint.validate();
+  return {std::move(inputs), {output_named("--output", arguments.output)}};
+}
+
+int run_shape(const ShapeArguments& arguments, const Plan& /*plan*/, Session& session) {
+  ExactMapOptions options = arguments.options;
   choose_versor(arguments.versor, options);
   options.validate();
-  arguments.paint.validate();
   const TriangleMesh mesh = session.read_mesh(arguments.mesh);
   const Device device = session.open_device(arguments.device);
   Map map = exact_map(device, mesh, options, session.monitor());
@@ -187,7 +192,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
 The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has
 about a hundred kilobytes, but thin limbs and sharp edges are all there. The versor, which gives
 the grooves their pattern, is free. See docs/theory/exact-maps.md.)"},
-              describe_shape, run_shape);
+              describe_shape, plan_shape, run_shape);
 }
 
 }  // namespace qjulia::tools

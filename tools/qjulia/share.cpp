@@ -28,8 +28,7 @@ std::vector<Eigen::Vector3d> outline_of(const Map& map, const ShareArguments& ar
                                         Session& session) {
   try {
     const Device device = session.open_device(arguments.device);
-    std::vector<Eigen::Vector3d> outline =
-        explore::page_outline(device, map, session.interrupts.token());
+    std::vector<Eigen::Vector3d> outline = explore::page_outline(device, map, session.stop());
     session.report_kernels(device);
     return outline;
   } catch (const Interrupted&) {
@@ -44,9 +43,12 @@ std::vector<Eigen::Vector3d> outline_of(const Map& map, const ShareArguments& ar
   }
 }
 
-int run_share(const ShareArguments& arguments, Session& session) {
-  session.check_outputs({arguments.map}, {output_named("--output", arguments.output, {".html"})});
-  Map map = read_map(arguments.map, session.interrupts.token());
+Plan plan_share(const ShareArguments& arguments) {
+  return {{arguments.map}, {output_named("--output", arguments.output, {".html"})}};
+}
+
+int run_share(const ShareArguments& arguments, const Plan& /*plan*/, Session& session) {
+  Map map = read_map(arguments.map, session.stop());
   add_job(map, session.job());
   const std::string page =
       explore::shared_page(map, name_of(arguments.map), outline_of(map, arguments, session));
@@ -80,7 +82,7 @@ The page needs nothing else, no network and no qjulia: the viewer's own graphics
 so that a link to it is a shape. The map is in it: every command that reads maps reads the
 page too. See docs/guide/explore.md.)",
                /*can_trace=*/false},
-              describe_share, run_share);
+              describe_share, plan_share, run_share);
 }
 
 }  // namespace qjulia::tools

@@ -241,18 +241,23 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   return written;
 }
 
-int run_surface(const SurfaceArguments& arguments, Session& session) {
-  SurfaceOptions options = checked(arguments.options, arguments.map_options);
-  session.check_outputs({arguments.map},
-                        {output_named("--output", arguments.output, surface_types())});
-  if (is_volume(arguments)) volume::expect_openvdb(arguments.output.path);
+Plan plan_surface(const SurfaceArguments& arguments) {
+  arguments.map_options.knobs.validate();
+  arguments.options.validate();
+  Plan plan{{arguments.map}, {output_named("--output", arguments.output, surface_types())}};
   check_colors(arguments);
   arguments.print.validate();
+  return plan;
+}
+
+int run_surface(const SurfaceArguments& arguments, const Plan& /*plan*/, Session& session) {
+  if (is_volume(arguments)) volume::expect_openvdb(arguments.output.path);
+  SurfaceOptions options = arguments.options;
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
   Map map =
       scaled(with_knobs(device, read, arguments.map_options, arguments.map), arguments, options);
-  warn_if_unbounded(map, arguments.map_options, arguments.map, session.console);
+  warn_if_unbounded(map, options.iterations, arguments.map, session.console);
   const bool is_upright = format_up(arguments.output.path).has_value();
   // Maps that do not say it stand as they are drawn.
   if (is_upright) map.frame.up = arguments.up ? arguments.up : map.frame.up.value_or(kDefaultUp);
@@ -265,7 +270,7 @@ int run_surface(const SurfaceArguments& arguments, Session& session) {
   const SurfaceReport& report = written.report;
   if (report.triangles == 0) {
     throw Error(
-        has_points(device, map, options, session.interrupts.token())
+        has_points(device, map, options, session.stop())
             ? fmt::format("the set of '{}' is too thin for cells of this size; give a --resolution "
                           "higher than {}",
                           arguments.map, options.resolution)
@@ -388,7 +393,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
       "that the map's up axis is turned to; auto keeps the shape's own coordinates. Blender "
       "takes z for up in a .ply and y in an .obj";
   add_setting(command, with_help(picture_setting_named("up"), upright), &a.up);
-  add_map_options(command, a.map_options, setting_named(surface_settings(), "box", "surfaces"));
+  add_map_options(command, a.map_options, surface_settings(), "surfaces", a.options);
   add_device_to_use(command, a.device);
 }
 
@@ -413,7 +418,7 @@ mesh and one slab.
 )") + kMapOptionsHelp,
                /*can_trace=*/true,
                /*can_profile=*/true},
-              describe_surface, run_surface);
+              describe_surface, plan_surface, run_surface);
 }
 
 }  // namespace qjulia::tools
