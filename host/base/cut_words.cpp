@@ -11,6 +11,13 @@
 
 namespace qjulia {
 
+double place_of(const Cut& cut, const std::optional<Box>& box) {
+  if (!cut.is_percent) return cut.at;
+  if (!box) throw OptionError("cut", "the map keeps no box of its shape; give a coordinate");
+  const auto axis = static_cast<Eigen::Index>(cut.axis - 'x');
+  return std::lerp(box->low[axis], box->high[axis], cut.at / 100);
+}
+
 std::vector<Cut> cuts_from(const std::string& text) {
   std::vector<Cut> cuts;
   if (text.empty()) return cuts;

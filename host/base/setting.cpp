@@ -7,6 +7,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "base/text.hpp"
+
 namespace qjulia {
 namespace {
 
@@ -82,6 +84,20 @@ std::size_t Setting::index_of(std::string_view word) const {
   const auto found = std::ranges::find(words, word);
   if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
   throw InputError(fmt::format("'{}' is not known; give one of: {}", word, fmt::join(words, ", ")));
+}
+
+std::string SizePlace::text() const { return fmt::format("{}x{}", *width, *height); }
+
+void SizePlace::read(std::string_view text) const {
+  const auto words = base::split(std::string(text), 'x');
+  const auto side = [&](std::size_t i) {
+    return words.size() == 2 ? base::number_in<int>(words[i]).value_or(0) : 0;
+  };
+  if (side(0) <= 0 || side(1) <= 0) {
+    throw InputError(fmt::format("'{}' is not WIDTHxHEIGHT in pixels, such as 1280x960", text));
+  }
+  *width = side(0);
+  *height = side(1);
 }
 
 std::string option_of(const Setting& setting, const ValuePlace& place) {

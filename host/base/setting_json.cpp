@@ -54,7 +54,7 @@ class ValueJson {
   explicit ValueJson(const Setting& setting) : setting_(setting) {}
 
   json operator()(const WordPlace& value) const { return setting_.words.at(value.index()); }
-  json operator()(const SizePlace& size) const { return {*size.width, *size.height}; }
+  json operator()(const SizePlace& size) const { return size.text(); }
   template <class Value>
   json operator()(const Value* value) const {
     return json_of(*value);

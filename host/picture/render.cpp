@@ -161,14 +161,7 @@ std::optional<Box> part_left(const Map& map, const PictureOptions& options) {
   Box part = options.box.value_or(surface::cube(kEverywhere / map.frame.shape_to_map.scale));
   for (const Cut& cut : options.cuts) {
     const auto axis = static_cast<Eigen::Index>(cut.axis - 'x');
-    double at = cut.at;
-    if (cut.is_percent) {
-      const std::optional<Box>& whole = options.box ? options.box : map.frame.box;
-      if (!whole) {
-        throw OptionError("cut", "the map keeps no box of its shape; give a coordinate");
-      }
-      at = std::lerp(whole->low[axis], whole->high[axis], cut.at / 100);
-    }
+    const double at = place_of(cut, options.box ? options.box : map.frame.box);
     part.high[axis] = std::min(part.high[axis], at);
   }
   if (!(part.size().array() > 0).all()) throw OptionError("cut", "nothing is left of the box");

@@ -1,8 +1,11 @@
 #pragma once
 /// Where a set is cut open.
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "qjulia/box.hpp"
 
 namespace qjulia {
 
@@ -12,6 +15,10 @@ struct Cut {
   double at = 0;            ///< along the axis: shape units, or per cent of the shape's box
   bool is_percent = false;  ///< what `at` is
 };
+
+/// Where the cut is, shape units. @param box from which per cent are counted: the shape's.
+/// @throws OptionError where there is none and the cut is in per cent
+double place_of(const Cut& cut, const std::optional<Box>& box);
 
 /// "z=50%,x=0.2": axes, and where they are cut; empty where nothing is. @throws InputError
 std::vector<Cut> cuts_from(const std::string& text);

@@ -6,6 +6,7 @@
 #include "qjulia/command_profile.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/compare_settings.hpp"
+#include "qjulia/cut_mesh.hpp"
 #include "qjulia/decimate.hpp"
 #include "qjulia/detail.hpp"
 #include "qjulia/detail_choice.hpp"

@@ -87,6 +87,10 @@ class WordPlace {
 struct SizePlace {
   int* width;
   int* height;
+
+  std::string text() const;
+  /// @throws InputError for what is no WIDTHxHEIGHT of whole numbers above 0
+  void read(std::string_view text) const;
 };
 
 /// Where a setting's value stands in its struct. Whatever reads or shows values of all settings is

@@ -301,6 +301,11 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("kept_of", [&] { FigureSink().kept_of(mesh); });
   use("large_components", [&] { large_components(mesh, 0.5); });
   use("decimated", [&] { decimated(mesh, 3); });
+  use("cut_away", [&] {
+    for (const double at : {0.0, 1e300, -1e300, std::nan("")})
+      cut_away(mesh, {'y', at}, std::nullopt);
+    cut_away(mesh, {'z', 50, true}, Box{{0, 0, -1e300}, {1, 1, 1e300}});
+  });
   use("decimate", [&] { decimate(mesh, {std::nullopt, 0.1}); });
   use("made_printable", [&] {
     made_printable(mesh, {.height = 2, .min_wall = 1, .flat_foot = 0.1});
@@ -1029,6 +1034,7 @@ TEST_CASE("texts, bytes and files that hold something else are refused") {
     refuses("light_color_from", [&] { light_color_from(text); });
     refuses("lamp_from", [&] { lamp_from(text); });
     if (!text.empty()) refuses("cuts_from", [&] { cuts_from(text); });
+    refuses("place_of", [] { static_cast<void>(place_of({'x', 50, true}, std::nullopt)); });
     refuses("range_from", [&] { range_from(text); });
     refuses("background_from", [&] { background_from(text); });
     refuses("palette_from", [&] { palette_from(std::span(&text, 1), Material::trap); });

@@ -33,8 +33,7 @@ max_evaluations = 30
 [[fit]]
 mesh = "ball.obj"
 name = "a"
-surface = true
-surface_resolution = 64
+surface = { resolution = 64 }
 [[fit]]
 mesh = "ball.obj"
 name = "b"

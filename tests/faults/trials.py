@@ -215,8 +215,7 @@ def tiny_commands(workshop):
     manifest = b"""[defaults]
 factors = 8
 max_evaluations = 2
-surface = true
-surface_resolution = 8
+surface = { resolution = 8 }
 [[fit]]
 mesh = "ball.obj"
 name = "a"

@@ -27,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   try {
     const auto wanted = qjulia::explore::read_make(query);
-    if (wanted.surface.resolution > qjulia::explore::MakeRequest::kMostCells) std::abort();
+    if (wanted.resolution > qjulia::explore::MakeRequest::kMostCells) std::abort();
     if (!wanted.is_turntable && wanted.extension.find('/') != std::string::npos) std::abort();
   } catch (const qjulia::InputError&) {
   }

@@ -298,7 +298,7 @@ RUNS = {
     "surface": [
         Run("f.qjulia.json", {"--output": "k.ply", "--resolution": "16", "--refine": "4", "--draft": None,
                               "--keep-loose": None, "--material": "trap", "--palette": "102030,405060",
-                              "--range": "0,0.2,0.5,1"},
+                              "--range": "0,0.2,0.5,1", "--cut": "z=90%"},
             {"--material": lambda done, value: b"property uchar red" in done.path("k.ply").read_bytes()}),
         Run("f.qjulia.json", {"--output": "m.glb", "--resolution": "16", "--metres": "0.2", "--no-map": None,
                               "--dense": None, "--largest-component": None}),
@@ -317,7 +317,7 @@ RUNS = {
                               "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},
             {"--range": lambda done, value: done.json["made_with"]["picture"]["range"] == [0, 0.2, 0.5, 1],
              "--no-ground": lambda done, value: next(values_of("ground", done.json)) is False,
-             "--size": lambda done, value: done.json["made_with"]["picture"]["size"] == [16, 12],
+             "--size": lambda done, value: done.json["made_with"]["picture"]["size"] == "16x12",
              "--aov": lambda done, value: len(done.json["layers"]) == 5,
              "--preview": lambda done, value: "preview: k.preview.png" in done.err}),
         Run("f.qjulia.json", {"--output": "s.png", "--size": "16x12", "--sweep": "zoom=1,2"},
@@ -332,7 +332,7 @@ RUNS = {
     ],
     "compare": [
         Run("f.qjulia.json MESH", {"--resolution": "16", "--picture": "c.png"},
-            {"--size": lambda done, value: note_of(done.path("c.png"))["picture"]["size"] == [16, 12]}),
+            {"--size": lambda done, value: note_of(done.path("c.png"))["picture"]["size"] == "16x12"}),
         Run("f.qjulia.json MESH", {"--resolution": "16", "--limbs": None},
             {"--limbs": lambda done, value: done.json["metrics"][0]["limbs"] >= 0}),
     ],
@@ -431,8 +431,8 @@ def is_older(done, name):
 # Keys and values of its first fit, besides settings; the second has "max_factors", which needs a number that the fit
 # chooses.
 MANIFEST = {
-    "mesh": "MESH", "name": "all", "surface": "off", "surface_resolution": 16, "picture": True,
-    "picture_size": [16, 12], "report": True, "compare": [1, 3], "compare_resolution": 16}
+    "mesh": "MESH", "name": "all", "surface": {"type": "off", "resolution": 16},
+    "picture": {"size": "16x12", "look": "gold"}, "report": True, "compare": [1, 3], "compare_resolution": 16}
 SECOND_FIT = {"mesh": "MESH", "name": "auto", "factors": "auto", "max_factors": 8, "max_evaluations": 2,
               "schedule": "fast"}
 
@@ -448,7 +448,11 @@ def typed(words):
 
 
 def toml_of(table, mesh):
-    return "".join(f"{key} = {json.dumps(mesh if value == 'MESH' else value)}\n" for key, value in table.items())
+    def text_of(value):
+        if isinstance(value, dict):
+            return "{ " + ", ".join(f"{key} = {text_of(each)}" for key, each in value.items()) + " }"
+        return json.dumps(mesh if value == "MESH" else value)
+    return "".join(f"{key} = {text_of(value)}\n" for key, value in table.items())
 
 
 # --- requests to explore -----------------------------------------------------------------------------------------------
@@ -646,8 +650,13 @@ class Bench:
                 count = struct.unpack(">I", file.read_bytes().partition(b"acTL")[2][:4])[0]
                 check(count == int(MAKE["frames"]), f"a turntable has {count} pictures")
                 continue
-            file.write_bytes(pages.make({"make": kind, **size}))
+            file.write_bytes(pages.make({"make": kind, "size": "16x12", **size}))
             check(file.stat().st_size > 0, f"a page's .{kind} is empty")
+            if kind == "png":
+                job = note_of(file)["job"]
+                check(job["options"]["drift"] == 1.05 and job["options"]["map"] == "u.qjulia.json",
+                      f"a page's picture has the job {job}")
+                continue
             if kind in ("off", "stl", "glb"):  # the others name the program that wrote them
                 words = [word for name, value in size.items() for word in (f"--{name}", value)]
                 self.command("surface", Run(f"u.qjulia.json -o same.{kind} --keep-loose {' '.join(words)}", {}), {})
@@ -712,7 +721,10 @@ class Bench:
                     check(entry["settings"][key] == value, f"a manifest's '{key}' is {entry['settings'][key]}")
         for end in ("off", "png", "report.html"):
             check((self.folder / f"batch/all.{end}").exists(), f"a batch has not written all.{end}")
-        check(png_size(self.folder / "batch/all.png") == tuple(MANIFEST["picture_size"]), "a batch's picture_size")
+        picture = self.folder / "batch/all.png"
+        check(png_size(picture) == (16, 12), "a batch's picture has another size")
+        job = note_of(picture)["job"]
+        check(job["options"] == {"map": "all.qjulia.json", **MANIFEST["picture"]}, f"a batch's picture has the job {job}")
 
 
 class Connection(http.client.HTTPConnection):

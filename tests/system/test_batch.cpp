@@ -101,7 +101,7 @@ TEST_CASE("an entry that was killed goes on from its checkpoint, to the same byt
 
 TEST_CASE("side by side gives the same bytes as one after another") {
   const TemporaryFolder folder;
-  const std::string manifest = make_manifest(folder, "surface = true\nsurface_resolution = 24\n");
+  const std::string manifest = make_manifest(folder, "surface = { resolution = 24 }\n");
   CHECK(run_command({"batch", "run", manifest, "-o", folder / "one"}).exit_code == 1);
   CHECK(run_command({"batch", "run", manifest, "-o", folder / "two", "--jobs", "auto"}).exit_code ==
         1);
@@ -259,12 +259,11 @@ TEST_CASE("checks, status and refusals") {
   CHECK_THAT(run_command({"batch", "run", manifest, "-o", folder / "loop"}).err,
              ContainsSubstring("cannot make the folder"));
 
-  const std::string one = folder.file(
-      "one.toml",
-      "[[fit]]\nmesh = \"box.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
-      "true\npicture_size "
-      "= [64, 48]\n[[fit]]\nmesh = \"ball.obj\"\nfactors = 24\nmax_evaluations = 30\npicture = "
-      "true\npicture_size = [64, 48]\nreport = true\n");
+  const std::string one =
+      folder.file("one.toml",
+                  "[defaults]\nfactors = 24\nmax_evaluations = 30\npicture = { size = \"64x48\" }\n"
+                  "[[fit]]\nmesh = \"box.obj\"\npicture = { look = \"gold\" }\n"
+                  "[[fit]]\nmesh = \"ball.obj\"\nreport = true\n");
   const ProcessResult done = run_command({"batch", "run", one, "-o", out, "--json", "--quiet"});
   CHECK(done.exit_code == 0);
   CHECK(done.err.empty());
@@ -274,6 +273,10 @@ TEST_CASE("checks, status and refusals") {
                                                        ContainsSubstring("Hausdorff") &&
                                                        ContainsSubstring("max_evaluations"));
   CHECK_FALSE(std::filesystem::exists(out + "/box.report.html"));
+  // Pictures and meshes hold their jobs, which make them again.
+  const std::string again = folder / "again.png";
+  CHECK(run_command({"run", out + "/box.png", "-o", again}).exit_code == 0);
+  CHECK(read_text(again) == read_text(out + "/box.png"));
   const ProcessResult status = run_command({"batch", "status", out});
   CHECK(status.exit_code == 0);
   CHECK_THAT(status.out, ContainsSubstring("2 of 2 done"));
@@ -290,8 +293,7 @@ seed = [1, 2]
 max_evaluations = 15
 compare = [1, 6]
 compare_resolution = 16
-picture = true
-picture_size = [32, 24]
+picture = { size = "32x24" }
 )");
   const std::string out = folder / "out";
   const ProcessResult killed =

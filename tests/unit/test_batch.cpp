@@ -186,13 +186,15 @@ TEST_CASE("an entry done again loses the outputs that it no longer has, but no i
   const auto work = [](const batch::BatchEntry& entry, const std::filesystem::path& path,
                        const ProgressMonitor& monitor) {
     batch::EntryResult result = write_map(entry, path, monitor);
-    result.files.push_back(entry.name + *entry.outputs.surface);
+    result.files.push_back(entry.name + entry.outputs.surface->extension);
     std::ofstream(path / result.files.back()) << "surface";
     return result;
   };
-  for (batch::BatchEntry& entry : manifest.entries) entry.outputs.surface = ".obj";
+  for (batch::BatchEntry& entry : manifest.entries)
+    entry.outputs.surface = batch::EntryJob{"surface", ".obj"};
   run(manifest, options_for(folder), work);
-  for (batch::BatchEntry& entry : manifest.entries) entry.outputs.surface = ".ply";
+  for (batch::BatchEntry& entry : manifest.entries)
+    entry.outputs.surface = batch::EntryJob{"surface", ".ply"};
   manifest.entries[1].mesh = folder / "b.obj";
   batch::BatchOptions changed = options_for(folder, true);
   changed.key = [](const batch::BatchEntry&) { return batch::FitKey{"inputs", "others"}; };
@@ -562,7 +564,7 @@ TEST_CASE("a batch that would overwrite an input is refused before anything is m
   manifest.entries[0].mesh = folder / "a.obj";
   const auto count = folder.names().size();
   SECTION("its mesh") {
-    manifest.entries[0].outputs.surface = ".obj";
+    manifest.entries[0].outputs.surface = batch::EntryJob{"surface", ".obj"};
     CHECK_THROWS_WITH(
         batch::prepare_batch(manifest, options),
         ContainsSubstring("m.toml:1") && ContainsSubstring("would overwrite the input"));
@@ -570,7 +572,7 @@ TEST_CASE("a batch that would overwrite an input is refused before anything is m
   SECTION("the mesh of another entry, by a link") {
     std::filesystem::create_hard_link(folder / "a.obj", folder / "b.ply");
     manifest.entries.push_back({"b", folder / "a.obj", {}, {}, 4});
-    manifest.entries[1].outputs.surface = ".ply";
+    manifest.entries[1].outputs.surface = batch::EntryJob{"surface", ".ply"};
     CHECK_THROWS_AS(batch::prepare_batch(manifest, options), InputError);
     std::filesystem::remove(folder / "b.ply");
   }

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <catch2/catch_all.hpp>
 
-#include "explore/maker.hpp"
 #include "explore/request.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
@@ -19,8 +18,8 @@ TEST_CASE("what is to be made is read with the knobs") {
                                {"iterations", "4"}});
   CHECK(mesh.extension == ".stl");
   CHECK(!mesh.is_turntable);
-  CHECK(mesh.surface.resolution == 96);
-  CHECK(mesh.surface.iterations == 4);
+  CHECK(mesh.resolution == 96);
+  CHECK(mesh.view.picture.iterations == 4);
   CHECK(*mesh.millimetres == 80.5);
   CHECK(*mesh.view.knobs.detail == 0.03);
   const auto turntable =
@@ -61,9 +60,11 @@ TEST_CASE("other settings of a request override its look, which is no file") {
 TEST_CASE("what cannot be used is named, with what to give") {
   using Catch::Matchers::ContainsSubstring;
   using explore::read_view;
-  CHECK_THROWS_WITH(read_view({{"size", "0x0"}}),
-                    ContainsSubstring("size: give sides of 1 to 16384"));
-  CHECK_THROWS_WITH(read_view({{"size", "-1x-1"}}),
+  for (const char* size : {"0x0", "-1x-1", "16x", "16"}) {
+    CHECK_THROWS_WITH(read_view({{"size", size}}),
+                      ContainsSubstring("is not WIDTHxHEIGHT in pixels"));
+  }
+  CHECK_THROWS_WITH(read_view({{"size", "16385x1"}}),
                     ContainsSubstring("size: give sides of 1 to 16384"));
   CHECK_THROWS_WITH(read_view({{"samples", "0"}}), "samples: give 1 to 4");
   for (const char* detail : {"1", "0.11", "0.00009", "0", "-1"}) {
@@ -79,7 +80,7 @@ TEST_CASE("what cannot be used is named, with what to give") {
                     ContainsSubstring("give a whole number that is not"));
   for (const std::string& type : extensions(FileContent::mesh, FileUse::write)) {
     CHECK(read_make({{"make", type.substr(1)}}).extension == type);
-    CHECK_THROWS_WITH(read_make({{"make", "png"}}), ContainsSubstring("make: give one of") &&
+    CHECK_THROWS_WITH(read_make({{"make", "jpg"}}), ContainsSubstring("make: give one of") &&
                                                         ContainsSubstring(type.substr(1) + ","));
   }
   CHECK_THROWS_WITH(read_make({{"make", "ply"}, {"length", "1"}}),
@@ -88,54 +89,10 @@ TEST_CASE("what cannot be used is named, with what to give") {
                     "resolution: 'x' cannot be used; give a whole number");
 }
 
-TEST_CASE("a mesh is cut along planes") {
-  // An octahedron, whose lower half is four triangles and whose section is a square.
-  TriangleMesh mesh;
-  for (const double side : {-1.0, 1.0}) {
-    for (int axis = 0; axis < 3; ++axis)
-      mesh.vertices.push_back(side * Eigen::Vector3d::Unit(axis));
-  }
-  mesh.triangles = {{3, 4, 5}, {4, 0, 5}, {0, 1, 5}, {1, 3, 5},
-                    {4, 3, 2}, {0, 4, 2}, {1, 0, 2}, {3, 1, 2}};
-  for (const Eigen::Vector3d& v : mesh.vertices) {
-    mesh.normals.push_back(v.cast<float>());
-    const auto grey = static_cast<std::uint8_t>(100 + 100 * v.z());
-    mesh.colors.push_back({grey, grey, 7});
-  }
-  REQUIRE(inspect(mesh).closed());
-  for (const double most : {-0.5, 0.0, 0.5}) {
-    const TriangleMesh cut = explore::cut_away(mesh, 2, most);
-    const MeshReport report = inspect(cut);
-    CHECK(report.open_edges == 4);
-    CHECK(report.non_manifold_edges == 0);
-    CHECK(cut.box().high.z() == most);
-    CHECK(cut.box().low.z() == -1);
-    CHECK(cut.normals.size() == cut.vertices.size());
-    REQUIRE(cut.colors.size() == cut.vertices.size());
-    for (std::size_t v = 0; v < cut.vertices.size(); ++v) {
-      CHECK(std::abs(cut.colors[v][0] - (100 + 100 * cut.vertices[v].z())) <= 1);
-      CHECK(cut.colors[v][2] == 7);
-    }
-    double area = 0;
-    for (const Triangle& t : cut.triangles) {
-      const Eigen::Vector3d a = cut.vertices[t[1]] - cut.vertices[t[0]];
-      const Eigen::Vector3d normal = a.cross(cut.vertices[t[2]] - cut.vertices[t[0]]);
-      CHECK(normal.dot(cut.vertices[t[0]]) > 0);
-      area += 0.5 * normal.norm();
-    }
-    // Of each face, a triangle of area √3 / 2, what is above is a smaller one, or below.
-    const double part = (1 - std::abs(most)) * (1 - std::abs(most));
-    const double faces = most > 0 ? 8 - 4 * part : 4 * part;
-    CHECK(area == Catch::Approx(faces * std::sqrt(3) / 2));
-  }
-  CHECK(explore::cut_away(mesh, 0, 2).triangles.size() == mesh.triangles.size());
-  CHECK(explore::cut_away(mesh, 0, -2).triangles.empty());
-}
-
 TEST_CASE("nothing else is made") {
   const explore::Query bad[] = {{},
                                 {{"make", ""}},
-                                {{"make", "png"}},
+                                {{"make", "jpg"}},
                                 {{"make", "/../x.ply"}},
                                 {{"make", "ply"}, {"make", "obj"}},
                                 {{"make", "ply"}, {"resolution", "5000"}},

@@ -33,9 +33,21 @@ void check_options(const std::vector<batch::ManifestOption>& options) {
   if (polish && detail) throw InputError("either polish or detail");
 }
 
+/// Jobs may have a size, a resolution and a look, which may be a file.
+void check_job(batch::EntryJob& job, const std::filesystem::path& folder) {
+  for (auto& [name, value] : job.options.items()) {
+    if (name != "size" && name != "resolution" && name != "look") {
+      throw InputError("no option '" + name + "'");
+    }
+    if (name == "look") value = (folder / value.get<std::string>()).string();
+  }
+}
+
+const batch::ManifestChecks kChecks{check_options, check_job};
+
 batch::Manifest read(const TemporaryFolder& folder, const std::string& text,
                      bool may_miss = false) {
-  return qjulia::batch::read_manifest(folder.file("m.toml", text), check_options, may_miss);
+  return qjulia::batch::read_manifest(folder.file("m.toml", text), kChecks, may_miss);
 }
 
 std::string problems(const TemporaryFolder& folder, const std::string& text) {
@@ -63,16 +75,25 @@ mesh = "b.obj"
 name = "second"
 mesh = "a.obj"
 factors = 100
-surface = "stl"
+surface = { type = "stl", resolution = 24 }
 picture = false
-picture_size = [32, 24]
+[[fit]]
+name = "third"
+mesh = "a.obj"
+surface = "vdb"
+[fit.picture]
+size = "32x24"
+look = "mine.toml"
 )");
-  REQUIRE(manifest.entries.size() == 2);
+  REQUIRE(manifest.entries.size() == 3);
   const auto& first = manifest.entries[0];
   CHECK(first.name == "b");
   CHECK(first.mesh == folder.path() / "b.obj");
   CHECK(first.line == 5);
-  CHECK(first.outputs.picture);
+  REQUIRE(first.outputs.picture);
+  CHECK(first.outputs.picture->command == "render");
+  CHECK(first.outputs.picture->extension == ".png");
+  CHECK(first.outputs.picture->options == nlohmann::json{{"size", "640x480"}});
   CHECK_FALSE(first.outputs.surface);
   REQUIRE(first.options.size() == 2);
   CHECK(first.options[0].name == "factors");
@@ -82,8 +103,15 @@ picture_size = [32, 24]
   const auto& second = manifest.entries[1];
   CHECK(second.name == "second");
   CHECK_FALSE(second.outputs.picture);
-  CHECK(second.outputs.picture_height == 24);
-  CHECK(second.outputs.surface == ".stl");
+  REQUIRE(second.outputs.surface);
+  CHECK(second.outputs.surface->command == "surface");
+  CHECK(second.outputs.surface->extension == ".stl");
+  CHECK(second.outputs.surface->options == nlohmann::json{{"resolution", 24}});
+  const auto& third = manifest.entries[2];
+  CHECK(third.outputs.surface->extension == ".vdb");
+  REQUIRE(third.outputs.picture);
+  CHECK(third.outputs.picture->options ==
+        nlohmann::json{{"size", "32x24"}, {"look", (folder.path() / "mine.toml").string()}});
   REQUIRE(second.options.size() == 2);
   CHECK(second.options[0].values == std::vector<std::string>{"100"});
 }
@@ -125,7 +153,7 @@ TEST_CASE("a glob takes the manifest's folder as it is called") {
   for (const char* name : {"x[1]/a.obj", "x1/b.obj", "a\\*/c.obj"}) folder.file(name, "");
   const auto only_mesh = [&](const std::string& name, const std::string& pattern) {
     const auto manifest = qjulia::batch::read_manifest(
-        folder.file(name, "[[fit]]\nmesh = '" + pattern + "'\n"), check_options);
+        folder.file(name, "[[fit]]\nmesh = '" + pattern + "'\n"), kChecks);
     REQUIRE(manifest.entries.size() == 1);
     return manifest.entries[0].mesh;
   };
@@ -195,7 +223,9 @@ mesh = "a.obj"
 name = "both"
 polish = true
 detail = 0.1
-picture_size = [640, "tall"]
+surface = "doc"
+[fit.picture]
+sighs = "32x24"
 )");
   CHECK_THAT(told, ContainsSubstring("m.toml:2: unknown key 'factorz'"));
   CHECK_THAT(told, ContainsSubstring("m.toml:5: no factors"));
@@ -206,7 +236,8 @@ picture_size = [640, "tall"]
   CHECK_THAT(told, ContainsSubstring("m.toml:11: a fit cannot be named 'x/y'"));
   CHECK_THAT(told, ContainsSubstring("m.toml:14: this [[fit]] has no 'mesh'"));
   CHECK_THAT(told, ContainsSubstring("m.toml:16: either polish or detail"));
-  CHECK_THAT(told, ContainsSubstring("m.toml:21: the height of 'picture_size'"));
+  CHECK_THAT(told, ContainsSubstring("m.toml:21: 'surface' must be true, false, a table"));
+  CHECK_THAT(told, ContainsSubstring("m.toml:22: render: no option 'sighs'"));
 }
 
 TEST_CASE("what is no manifest is refused") {
@@ -222,7 +253,7 @@ TEST_CASE("what is no manifest is refused") {
              ContainsSubstring("m.toml:2: 'mesh' belongs in a [[fit]], not in [defaults]"));
   CHECK_THAT(problems(folder, "[defaults]\nfactors = [24, 48]\n"),
              ContainsSubstring("m.toml:2: 'factors' must be a number"));
-  CHECK_THROWS_AS(qjulia::batch::read_manifest(folder / "absent.toml", check_options), InputError);
+  CHECK_THROWS_AS(qjulia::batch::read_manifest(folder / "absent.toml", kChecks), InputError);
 }
 
 TEST_CASE("NUL in text and over-long globs in a manifest are reported by line") {

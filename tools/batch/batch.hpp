@@ -23,16 +23,19 @@ struct ManifestOption {
   std::size_t line = 0;             ///< in the manifest
 };
 
+/// A command that makes one more file of a fit's map.
+struct EntryJob {
+  std::string command;                                ///< "render"
+  std::string extension;                              ///< of the file, such as ".png"
+  nlohmann::json options = nlohmann::json::object();  ///< as jobs have them, but for the map
+};
+
 /// What is written of a fit beside its map.
 struct BatchOutputs {
-  std::optional<std::string> surface;  ///< extension of the mesh, such as ".ply"
-  int surface_resolution = 256;        ///< cells along the box's longest side
-  bool report = false;                 ///< NAME.report.html
-  bool picture = false;
-  int picture_width = 640;
-  int picture_height = 480;
-  std::vector<int> compare;      ///< the n that map and mesh are compared at, each once, ascending
-  int compare_resolution = 128;  ///< cells along each side of the cube of comparisons
+  std::optional<EntryJob> surface, picture;
+  bool report = false;           ///< NAME.report.html
+  std::vector<int> compare;      ///< each n at which the map is compared with its mesh; empty: none
+  int compare_resolution = 128;  ///< cells along each side of the comparison's cube
 };
 
 /// One mesh to fit.
@@ -52,8 +55,13 @@ struct Manifest {
 /// The keys of a [[fit]] besides the options of a fit: "mesh", "name" and the outputs.
 std::vector<std::string> manifest_keys();
 
-/// Throws InputError unless these options, together, make a fit.
-using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
+/// What says whether a manifest can be run.
+struct ManifestChecks {
+  /// @throws InputError unless these options, together, make a fit.
+  std::function<void(const std::vector<ManifestOption>&)> options;
+  /// Checks a job, in which paths from `folder` become absolute. @throws InputError
+  std::function<void(EntryJob&, const std::filesystem::path& folder)> job;
+};
 
 /// Reads a TOML manifest (docs/guide/batch.md). Paths in it are relative to the manifest's folder.
 /// A
@@ -67,7 +75,7 @@ using FitOptionsCheck = std::function<void(const std::vector<ManifestOption>&)>;
 ///   TOML, unknown keys, values of the wrong kind, two entries of one name, meshes that are missing
 ///   or not regular files, lists with nothing in them or with a value twice, sweeps of more than
 ///   100,000 fits.
-Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
+Manifest read_manifest(const std::filesystem::path& file, const ManifestChecks& checks,
                        bool meshes_may_be_missing = false, std::stop_token stop = {});
 
 /// What makes a fit the same fit: hashes of what it reads and of how it is done.

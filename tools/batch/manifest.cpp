@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <span>
+#include <sstream>
 #include <string_view>
 
 #include "base/input_file.hpp"
@@ -116,19 +118,15 @@ class Reader {
 
   static std::span<const OutputKey> output_keys() {
     static constexpr std::array kKeys{
-        OutputKey{"surface", &Reader::read_surface},
-        OutputKey{"surface_resolution", &Reader::read_surface_resolution},
-        OutputKey{"picture", &Reader::read_picture},
-        OutputKey{"picture_size", &Reader::read_picture_size},
-        OutputKey{"report", &Reader::read_report},
-        OutputKey{"compare", &Reader::read_compare},
+        OutputKey{"surface", &Reader::read_surface}, OutputKey{"picture", &Reader::read_picture},
+        OutputKey{"report", &Reader::read_report}, OutputKey{"compare", &Reader::read_compare},
         OutputKey{"compare_resolution", &Reader::read_compare_resolution}};
     return kKeys;
   }
 
-  Reader(std::filesystem::path file, const FitOptionsCheck& check, bool meshes_may_be_missing,
+  Reader(std::filesystem::path file, const ManifestChecks& checks, bool meshes_may_be_missing,
          std::stop_token stop)
-      : check_(check), meshes_may_be_missing_(meshes_may_be_missing), stop_(std::move(stop)) {
+      : checks_(checks), meshes_may_be_missing_(meshes_may_be_missing), stop_(std::move(stop)) {
     manifest_.file = std::move(file);
   }
 
@@ -269,37 +267,73 @@ class Reader {
     return found == keys.end() ? nullptr : &*found;
   }
 
-  void read_surface(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
-    const auto kind = node.value<std::string>();
-    if (const auto* wanted = node.as_boolean()) {
-      outputs.surface = wanted->get() ? std::optional<std::string>(".ply") : std::nullopt;
-    } else if (kind && has_type("surface." + *kind, FileContent::mesh, FileUse::write)) {
-      outputs.surface = extension_of("surface." + *kind);
-    } else {
-      std::string kinds;
-      for (const std::string& extension : extensions(FileContent::mesh, FileUse::write)) {
-        kinds += fmt::format(", \"{}\"", extension.substr(1));
+  /// The extension of a surface's type, such as "stl"; none where there is no such type.
+  /// @param what begins what is said then.
+  std::optional<std::string> surface_type(const toml::node& node, std::size_t line,
+                                          const char* what) {
+    const auto type = node.value<std::string>();
+    const std::filesystem::path file = "surface." + type.value_or("");
+    const bool is_known = has_type(file, FileContent::mesh, FileUse::write) ||
+                          has_type(file, FileContent::volume, FileUse::write);
+    if (type && is_known) return extension_of(file);
+    std::string types;
+    for (const FileContent content : {FileContent::mesh, FileContent::volume}) {
+      for (const std::string& extension : extensions(content, FileUse::write)) {
+        types += fmt::format("{}\"{}\"", types.empty() ? "" : ", ", extension.substr(1));
       }
-      complain(line, fmt::format("'surface' must be true, false or one of{}", kinds.substr(1)));
+    }
+    complain(line, fmt::format("{} one of {}", what, types));
+    return std::nullopt;
+  }
+
+  /// Options of a job, over those that it has.
+  void read_job(const toml::table& table, std::size_t line, EntryJob& job) {
+    std::ostringstream text;
+    text << toml::json_formatter(table);
+    job.options.update(nlohmann::json::parse(text.str()));
+    try {
+      checks_.job(job, folder());
+    } catch (const InputError& error) {
+      complain(line, fmt::format("{}: {}", job.command, error.what()));
     }
   }
 
-  void read_surface_resolution(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
-    read_whole(node, 2, 8192, line, "'surface_resolution'", outputs.surface_resolution);
+  void read_surface(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
+    std::optional<EntryJob>& job = outputs.surface;
+    if (const auto* wanted = node.as_boolean(); wanted != nullptr && !wanted->get()) {
+      job.reset();
+      return;
+    }
+    if (!job) job = EntryJob{"surface", ".ply"};
+    if (node.is_boolean()) return;
+    const toml::table* const table = node.as_table();
+    if (table == nullptr) {
+      job->extension = surface_type(node, line,
+                                    "'surface' must be true, false, a table of options of 'qjulia "
+                                    "surface', or")
+                           .value_or(job->extension);
+      return;
+    }
+    toml::table options = *table;
+    if (const toml::node* const type = options.get("type")) {
+      job->extension = surface_type(*type, line, "'type' must be").value_or(job->extension);
+      options.erase("type");
+    }
+    read_job(options, line, *job);
   }
 
   void read_picture(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
-    read_flag(node, line, "'picture'", outputs.picture);
-  }
-
-  void read_picture_size(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
-    const toml::array* size = node.as_array();
-    if (size == nullptr || size->size() != 2) {
-      complain(line, "'picture_size' must be width and height, such as [640, 480]");
+    std::optional<EntryJob>& job = outputs.picture;
+    if (!node.is_boolean() && !node.is_table()) {
+      complain(line, "'picture' must be true or false, or a table of options of 'qjulia render'");
       return;
     }
-    read_whole((*size)[0], 1, 16384, line, "the width of 'picture_size'", outputs.picture_width);
-    read_whole((*size)[1], 1, 16384, line, "the height of 'picture_size'", outputs.picture_height);
+    if (const auto* wanted = node.as_boolean(); wanted != nullptr && !wanted->get()) {
+      job.reset();
+      return;
+    }
+    if (!job) job = EntryJob{"render", ".png", {{"size", "640x480"}}};
+    if (node.is_table()) read_job(*node.as_table(), line, *job);
   }
 
   void read_report(const toml::node& node, std::size_t line, BatchOutputs& outputs) {
@@ -364,7 +398,7 @@ class Reader {
       return std::nullopt;
     }
     try {
-      check_({option});
+      checks_.options({option});
       return AxisValue{label_in_name(label), std::move(option)};
     } catch (const InputError& error) {
       complain(line, error.what());
@@ -420,7 +454,7 @@ class Reader {
     for (Combination& one : all) {
       one.options.insert(one.options.end(), section.options.begin(), section.options.end());
       try {
-        check_(one.options);
+        checks_.options(one.options);
       } catch (const InputError& error) {
         complain(section.line, error.what());
       }
@@ -481,7 +515,7 @@ class Reader {
     manifest_.entries.push_back({name, mesh, one.options, section.outputs, section.line});
   }
 
-  const FitOptionsCheck& check_;
+  const ManifestChecks& checks_;
   bool meshes_may_be_missing_;
   Manifest manifest_;
   std::stop_token stop_;
@@ -497,9 +531,9 @@ std::vector<std::string> manifest_keys() {
   return keys;
 }
 
-Manifest read_manifest(const std::filesystem::path& file, const FitOptionsCheck& check,
+Manifest read_manifest(const std::filesystem::path& file, const ManifestChecks& checks,
                        bool meshes_may_be_missing, std::stop_token stop) {
-  return Reader(file, check, meshes_may_be_missing, std::move(stop)).read();
+  return Reader(file, checks, meshes_may_be_missing, std::move(stop)).read();
 }
 
 }  // namespace qjulia::batch

@@ -201,8 +201,9 @@ std::vector<base::Output> outputs_of(const Manifest& manifest,
   }
   for (const BatchEntry& entry : manifest.entries) {
     std::vector<std::string> endings = {".qjulia.json", ".status.json", ".checkpoint"};
-    if (entry.outputs.surface) endings.push_back(*entry.outputs.surface);
-    if (entry.outputs.picture) endings.emplace_back(".png");
+    for (const auto& job : {entry.outputs.surface, entry.outputs.picture}) {
+      if (job) endings.push_back(job->extension);
+    }
     if (entry.outputs.report) endings.emplace_back(".report.html");
     for (const std::string& ending : endings) {
       outputs.push_back({fmt::format("{}:{}", manifest.file.string(), entry.line),

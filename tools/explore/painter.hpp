@@ -22,6 +22,7 @@ class Painter {
 
   const Device& device() const { return device_; }
   bool keeps_loose() const { return keep_loose_; }
+  const Map& map() const { return map_; }
   /// From now on pictures are of this map.
   void show(Map map);
 

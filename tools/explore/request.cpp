@@ -61,12 +61,7 @@ class ReadText {
   void operator()(bool* value) const { *value = query_flag(text_); }
   void operator()(std::string* value) const { *value = text_; }
   void operator()(const WordPlace& value) const { value.set(setting_.index_of(text_)); }
-  void operator()(const SizePlace& size) const {
-    const std::size_t x = text_.find('x');
-    if (x == std::string_view::npos) throw InputError("give WIDTHxHEIGHT");
-    *size.width = query_number<int>(text_.substr(0, x));
-    *size.height = query_number<int>(text_.substr(x + 1));
-  }
+  void operator()(const SizePlace& size) const { size.read(text_); }
   void operator()(std::vector<Cut>* value) const { *value = cuts_from(std::string(text_)); }
   void operator()(MaterialRange* value) const { *value = range_from(std::string(text_)); }
   void operator()(DetailChoice* value) const {
@@ -133,8 +128,8 @@ void read_size(std::string_view text, ViewRequest& view) {
   PictureOptions& picture = view.picture;
   const PictureSetting& setting = picture_setting_named("size");
   read_setting(text, setting, setting.place(picture));
-  const bool is_sane = picture.width > 0 && picture.height > 0 && picture.width <= 16384 &&
-                       picture.height <= ViewRequest::kMostPixels / picture.width;
+  const bool is_sane =
+      picture.width <= 16384 && picture.height <= ViewRequest::kMostPixels / picture.width;
   if (!is_sane) {
     throw InputError(fmt::format("give sides of 1 to 16384 pixels, {} in all at most",
                                  ViewRequest::kMostPixels));
@@ -224,15 +219,16 @@ Number number_between(std::string_view text, Number least, Number most) {
   throw InputError(fmt::format("{} is out of range; give {} to {}", value, least, most));
 }
 
-/// A mesh's type without its dot, or "turntable".
+/// A file's type without its dot, or "turntable".
 void read_product(std::string_view text, MakeRequest& made) {
   constexpr std::string_view kTurntable = "turntable";
   made.is_turntable = text == kTurntable;
   made.extension = fmt::format(".{}", text);
-  const auto meshes = extensions(FileContent::mesh, FileUse::write);
-  if (made.is_turntable || std::ranges::count(meshes, made.extension) > 0) return;
+  auto types = extensions(FileContent::mesh, FileUse::write);
+  types.emplace_back(".png");
+  if (made.is_turntable || std::ranges::count(types, made.extension) > 0) return;
   std::string names;
-  for (const std::string& extension : meshes) names += extension.substr(1) + ", ";
+  for (const std::string& extension : types) names += extension.substr(1) + ", ";
   throw InputError(fmt::format("give one of {}{}", names, kTurntable));
 }
 
@@ -244,7 +240,7 @@ const std::map<std::string, MakePart, std::less<>>& make_parts() {
       {"make", read_product},
       {"resolution",
        [](auto text, auto& made) {
-         made.surface.resolution = number_between(text, 16, MakeRequest::kMostCells);
+         made.resolution = number_between(text, 16, MakeRequest::kMostCells);
        }},
       {"millimetres",
        [](auto text, auto& made) { made.millimetres = number_between(text, 1e-3, 1e5); }},
@@ -301,7 +297,6 @@ MakeRequest read_make(Query query) {
     if (text) naming(name, [&, &read_part = take] { read_part(*text, made); });
   }
   made.view = view_of(query, fmt::format("{}, {}", names_of(make_parts()), names_of(parts())));
-  made.surface.iterations = made.view.picture.iterations;
   const PictureOptions& picture = made.view.picture;
   const bool is_printed = made.extension == ".stl" || made.extension == ".3mf";
   if (is_printed && !picture.cuts.empty()) {

@@ -41,14 +41,14 @@ struct MakeRequest {
 
   ViewRequest view;
   bool is_turntable = false;
-  std::string extension;  ///< that a mesh's file has
-  SurfaceOptions surface;
+  std::string extension;                         ///< that the file has: a mesh's, or ".png"
+  int resolution = SurfaceOptions{}.resolution;  ///< of meshes
   std::optional<double> millimetres;  ///< the mesh's longest side; by default shape units
   int frames = 36;
 };
 
-/// Names are those of `read_view`, and `make` (a mesh's type, such as "ply", or "turntable"),
-/// `resolution`, `millimetres`, `frames`. @throws InputError naming what is wrong
+/// Names are those of `read_view`, and `make` (a mesh's type, such as "ply", or "png" or
+/// "turntable"), `resolution`, `millimetres`, `frames`. @throws InputError naming what is wrong
 MakeRequest read_make(Query query);
 
 /// What is wrong with an option, under its name in a query: "look_at" is "look-at".

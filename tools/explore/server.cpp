@@ -20,10 +20,10 @@
 
 #include "base/text.hpp"
 #include "explore/bounded_server.hpp"
-#include "explore/maker.hpp"
 #include "explore/page.hpp"
 #include "explore/painter.hpp"
 #include "explore/request.hpp"
+#include "explore/turntable.hpp"
 #include "explore/worker.hpp"
 #include "qjulia/error.hpp"
 
@@ -127,6 +127,7 @@ struct Server::Impl {
         name(host.find(':') == std::string::npos ? host : "[" + host + "]"),
         file(named),
         task(std::move(fit_task)),
+        make_file(options.make_file),
         painter(device, task ? &task->mesh : nullptr, options.keep_loose) {
     route();
     const std::string address = address_to_listen_on(host);
@@ -349,14 +350,18 @@ struct Server::Impl {
         MakeRequest wanted = read_make(query);
         if (painter.keeps_loose()) wanted.view.picture.keep_loose = true;
         return [this, wanted](Job& job) {
-          const Map map = painter.turned(wanted.view);
           ProgressMonitor monitor;
           monitor.stop = job.stop();
           monitor.on_progress = [&](const Progress& progress) {
             job.report(progress);
             worker.draw_waiting();
           };
-          return made_file(painter.device(), map, wanted, monitor);
+          // Pictures are drawn on the painter's device while slabs of a mesh are evaluated on
+          // threads of their own.
+          const Device device = painter.device().sibling();
+          return wanted.is_turntable
+                     ? turntable(device, painter.turned(wanted.view), wanted, monitor)
+                     : make_file(device, painter.map(), wanted, monitor);
         };
       });
     });
@@ -377,6 +382,7 @@ struct Server::Impl {
   int port = 0;
   std::string token = random_token();
   std::optional<FitTask> task;
+  FileMaker make_file;
   std::stop_source fit_stop;  // keeps what was reached
   std::shared_ptr<Job> fit_job;
   std::mutex mutex;  // guards the members below

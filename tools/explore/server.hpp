@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string>
 
+#include "explore/request.hpp"
 #include "qjulia/device.hpp"
 #include "qjulia/fit.hpp"
 #include "qjulia/map.hpp"
@@ -13,10 +14,17 @@
 
 namespace qjulia::explore {
 
+/// Makes a file of the map that a page shows. @return its bytes. @param monitor gets, at last, what
+/// the file holds.
+using FileMaker =
+    std::function<std::string(const Device& device, const Map& map, const MakeRequest& wanted,
+                              const ProgressMonitor& monitor)>;
+
 struct ServerOptions {
   std::string host = "127.0.0.1";  ///< the address to listen on, by which browsers ask for it
   int port = 0;                    ///< 0: any that is free
   bool keep_loose = false;         ///< pictures show loose pieces too
+  FileMaker make_file{};           ///< meshes and pictures to keep
   void validate() const;           ///< @throws OptionError
 };
 

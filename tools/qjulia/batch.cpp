@@ -1,9 +1,43 @@
 /// qjulia batch: many meshes in, many maps out.
 
+#include <algorithm>
+
 #include "batch_commands.hpp"
 #include "fit_options.hpp"
+#include "job_run.hpp"
+#include "qjulia/file_types.hpp"
 
 namespace qjulia::tools {
+namespace {
+
+/// Files that the job names are looked for in the manifest's folder.
+void make_paths(batch::EntryJob& job, const std::filesystem::path& folder) {
+  const CommandUsage usage = command_usage(job.command);
+  for (auto& [name, value] : job.options.items()) {
+    const OptionUsage& option = option_named(usage, name);
+    const std::vector<std::string>& types = option.completion.extensions;
+    if (!option.completion.takes_files || !value.is_string()) continue;
+    const std::filesystem::path path = value.get<std::string>();
+    if (std::ranges::count(types, extension_of(path)) == 0) continue;  // such as a look's name
+    value = std::filesystem::absolute(folder / path).string();
+  }
+}
+
+void check_job(batch::EntryJob& job, const std::filesystem::path& folder) {
+  make_paths(job, folder);
+  static_cast<void>(JobRun(entry_job(job, "map.qjulia.json"), "file" + job.extension).plan());
+}
+
+}  // namespace
+
+Job entry_job(const batch::EntryJob& job, const std::filesystem::path& map) {
+  Job made{.command = job.command, .options = job.options};
+  if (made.options.contains("map")) {
+    throw InputError("map: a batch gives each entry its own map; leave it out");
+  }
+  made.options["map"] = map.string();
+  return made;
+}
 
 void add_manifest(Command command, std::string& file) {
   command.input("MANIFEST", file, "What to fit: a TOML file, as in the example")
@@ -12,10 +46,9 @@ void add_manifest(Command command, std::string& file) {
 
 batch::Manifest read_manifest(const std::string& file, bool may_miss_meshes,
                               const std::stop_token& stop) {
-  const batch::FitOptionsCheck check = [](const std::vector<batch::ManifestOption>& options) {
-    fit_options(options);
-  };
-  return batch::read_manifest(file, check, may_miss_meshes, stop);
+  const batch::ManifestChecks checks{
+      [](const std::vector<batch::ManifestOption>& options) { fit_options(options); }, check_job};
+  return batch::read_manifest(file, checks, may_miss_meshes, stop);
 }
 
 void add_batch(CommandLine& program, ChosenCommand& chosen) {

@@ -1,6 +1,7 @@
 #pragma once
 /// The commands of `qjulia batch`, and what several of them do.
 
+#include <filesystem>
 #include <stop_token>
 #include <string>
 
@@ -15,6 +16,9 @@ void add_batch_check(CommandLine& program, ChosenCommand& chosen);
 
 /// MANIFEST.
 void add_manifest(Command command, std::string& file);
+
+/// The job that makes a file of an entry's map. @throws InputError where it names another map
+Job entry_job(const batch::EntryJob& job, const std::filesystem::path& map);
 
 /// @param may_miss_meshes meshes of entries that are done need not be there any more.
 /// @throws InputError

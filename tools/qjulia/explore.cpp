@@ -20,6 +20,7 @@
 #include "explore/server.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
+#include "made_file.hpp"
 #include "notes.hpp"
 #include "picture_note.hpp"
 #include "provenance.hpp"
@@ -68,18 +69,34 @@ explore::FitTask fit_task(const ExploreArguments& arguments, const Device& devic
   return task;
 }
 
+explore::ServerOptions options_for(const ExploreArguments& arguments, const NamedMap& source) {
+  explore::ServerOptions options = arguments.options;
+  options.make_file = [source](const Device& device, const Map& map,
+                               const explore::MakeRequest& wanted, const ProgressMonitor& monitor) {
+    return made_file(source, device, map, wanted, monitor);
+  };
+  return options;
+}
+
 std::unique_ptr<explore::Server> server_of(const ExploreArguments& arguments, const Device& device,
                                            Session& session) {
   if (!is_mesh_file(arguments.input)) {
-    return std::make_unique<explore::Server>(device, read_map(arguments.input, session.stop()),
-                                             name_of(arguments.input), arguments.options);
+    Map map = read_map(arguments.input, session.stop());
+    NamedMap source{name_of(arguments.input)};
+    // What came through a pipe is gone.
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(arguments.input, ignored)) {
+      source.hash = file_hash(arguments.input);
+    }
+    return std::make_unique<explore::Server>(device, map, source.name,
+                                             options_for(arguments, source));
   }
   const std::filesystem::path map =
       arguments.output.empty()
           ? std::filesystem::path(arguments.input).stem().string() + ".qjulia.json"
           : arguments.output;
   return std::make_unique<explore::Server>(device, fit_task(arguments, device, session),
-                                           name_of(map), arguments.options);
+                                           name_of(map), options_for(arguments, {name_of(map)}));
 }
 
 /// @throws InputError for options of a fit without a mesh.

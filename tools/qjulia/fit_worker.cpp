@@ -8,14 +8,15 @@
 #include <utility>
 #include <vector>
 
+#include "batch_commands.hpp"
 #include "files.hpp"
 #include "fit_options.hpp"
+#include "job_run.hpp"
 #include "provenance.hpp"
 #include "qjulia/compare.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/map_file.hpp"
-#include "qjulia/surface.hpp"
 #include "qjulia/version.hpp"
 #include "report/report.hpp"
 
@@ -26,6 +27,16 @@ namespace {
 nlohmann::json without_schedule_folder(nlohmann::json options) {
   options["schedule"] =
       std::filesystem::path(options["schedule"].get<std::string>()).filename().string();
+  return options;
+}
+
+/// A job's options, the same from wherever the batch is started.
+nlohmann::json without_folders(nlohmann::json options) {
+  for (nlohmann::json& value : options) {
+    if (!value.is_string()) continue;
+    const std::filesystem::path path = value.get<std::string>();
+    if (path.is_absolute()) value = name_of(path);
+  }
   return options;
 }
 
@@ -61,12 +72,15 @@ batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
     return folder / entry_result.files.back();
   };
   result.map.provenance = without_times(provenance(origin, device_, result));
-  write_map(result.map, file(".qjulia.json"));
-  if (entry.outputs.surface) {
-    write_mesh(surface(entry, result.map, monitor), file(*entry.outputs.surface), {},
-               result.map.frame.up);
+  const std::filesystem::path map = file(".qjulia.json");
+  write_map(result.map, map);
+  auto warnings = mesh_report.warnings();
+  for (const auto& job : {entry.outputs.surface, entry.outputs.picture}) {
+    if (!job) continue;
+    const Said said =
+        run_job(entry_job(*job, map), file(job->extension).string(), {device_, monitor});
+    warnings.insert(warnings.end(), said.warnings.begin(), said.warnings.end());
   }
-  if (entry.outputs.picture) write_png(picture(entry, result.map, monitor), file(".png"));
   if (entry.outputs.report) {
     const report::FitReport report =
         report::make_report(device_, mesh, result, entry.name, monitor);
@@ -77,7 +91,6 @@ batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
   }
   std::filesystem::remove(folder / (entry.name + ".checkpoint"));
 
-  auto warnings = mesh_report.warnings();
   if (!tuning_warning_.empty()) warnings.push_back(tuning_warning_);
   warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
   entry_result.figures.update(final_figures(result));
@@ -104,21 +117,6 @@ FitResult FitWorker::fit_resumable(const TriangleMesh& mesh, FitOptions options,
   }
 }
 
-TriangleMesh FitWorker::surface(const batch::BatchEntry& entry, const Map& map,
-                                const ProgressMonitor& monitor) const {
-  SurfaceOptions options;
-  options.resolution = entry.outputs.surface_resolution;
-  TriangleMesh mesh = extract_surface(device_, map, options, monitor);
-  if (mesh.triangles.empty()) {
-    throw Error(has_points(device_, map, options, monitor.stop)
-                    ? "the set is too thin for the surface's cells; give a higher "
-                      "surface_resolution"
-                    : "the set is empty, so there is no surface; try a smaller detail");
-  }
-  drop_loose_pieces(mesh);
-  return mesh;
-}
-
 nlohmann::json FitWorker::comparisons(const batch::BatchEntry& entry, const TriangleMesh& mesh,
                                       const Map& map, const ProgressMonitor& monitor) const {
   std::map<int, FitMetrics> by_iterations;
@@ -140,20 +138,14 @@ nlohmann::json FitWorker::comparisons(const batch::BatchEntry& entry, const Tria
   return rows;
 }
 
-Image FitWorker::picture(const batch::BatchEntry& entry, const Map& map,
-                         const ProgressMonitor& monitor) const {
-  PictureOptions options;
-  options.width = entry.outputs.picture_width;
-  options.height = entry.outputs.picture_height;
-  return render(device_, map, options, monitor);
-}
-
 batch::FitKey fit_key(const batch::BatchEntry& entry) {
   const batch::BatchOutputs& outputs = entry.outputs;
-  std::string rest = fmt::format("{} {} {} {} {}x{}", outputs.report, outputs.surface.value_or("-"),
-                                 outputs.surface ? outputs.surface_resolution : 0, outputs.picture,
-                                 outputs.picture ? outputs.picture_width : 0,
-                                 outputs.picture ? outputs.picture_height : 0);
+  std::string rest = fmt::format("{}", outputs.report);
+  for (const auto& job : {outputs.surface, outputs.picture}) {
+    rest += job ? fmt::format(" {} {} {}", job->command, job->extension,
+                              without_folders(job->options).dump())
+                : " -";
+  }
   if (!outputs.compare.empty()) {
     rest += fmt::format(" {} at {}", fmt::join(outputs.compare, ","), outputs.compare_resolution);
   }

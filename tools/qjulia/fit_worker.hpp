@@ -10,7 +10,6 @@
 #include "qjulia/fit.hpp"
 #include "qjulia/map.hpp"
 #include "qjulia/mesh.hpp"
-#include "qjulia/picture.hpp"
 #include "qjulia/progress.hpp"
 #include "qjulia/tuning_cache.hpp"
 
@@ -27,13 +26,9 @@ class FitWorker {
   FitResult fit_resumable(const TriangleMesh& mesh, FitOptions options,
                           const std::filesystem::path& checkpoint,
                           const ProgressMonitor& monitor) const;
-  TriangleMesh surface(const batch::BatchEntry& entry, const Map& map,
-                       const ProgressMonitor& monitor) const;
   /// Figures at each n that the entry is compared at.
   nlohmann::json comparisons(const batch::BatchEntry& entry, const TriangleMesh& mesh,
                              const Map& map, const ProgressMonitor& monitor) const;
-  Image picture(const batch::BatchEntry& entry, const Map& map,
-                const ProgressMonitor& monitor) const;
 
   Device device_;
   std::string tuning_warning_;

@@ -38,17 +38,28 @@ bool are_words(const nlohmann::json& value) {
   return value.is_array() && !value.empty() && std::ranges::all_of(value, is_word);
 }
 
+/// The words in a value, whose lists may be nested: a box is a list of its two corners.
+std::vector<std::string> all_words(const nlohmann::json& value) {
+  if (is_word(value)) return {word_of(value)};
+  std::vector<std::string> made;
+  for (const nlohmann::json& part : value) {
+    for (std::string& word : all_words(part)) made.push_back(std::move(word));
+  }
+  return made;
+}
+
 /// Every time that an option is given, its words.
-std::vector<std::vector<std::string>> occurrences(const nlohmann::json& value) {
-  const auto words = [](const nlohmann::json& list) {
-    std::vector<std::string> made;
-    for (const nlohmann::json& word : list) made.push_back(word_of(word));
-    return made;
-  };
-  if (is_word(value)) return {{word_of(value)}};
-  if (are_words(value)) return {words(value)};
+std::vector<std::vector<std::string>> occurrences(const nlohmann::json& value,
+                                                  const OptionUsage& option) {
   std::vector<std::vector<std::string>> all;
-  for (const nlohmann::json& list : value) all.push_back(words(list));
+  if (option.is_repeated && value.is_array() && !are_words(value)) {
+    for (const nlohmann::json& each : value) all.push_back(all_words(each));
+  } else {
+    all.push_back(all_words(value));
+  }
+  for (std::vector<std::string>& words : all) {
+    if (option.values.size() == 1) words = {fmt::format("{}", fmt::join(words, ","))};
+  }
   return all;
 }
 
@@ -89,6 +100,20 @@ std::string job_name(const std::string& option) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   }
   return name;
+}
+
+void set_changes(nlohmann::json& options, const nlohmann::json& was, const nlohmann::json& is) {
+  for (const auto& [name, value] : is.items()) {
+    const nlohmann::json& before = was.at(name);
+    if (value == before) continue;
+    if (before.is_boolean()) {
+      options[before.get<bool>() ? "no_" + name : name] = true;
+    } else if (value.is_null()) {
+      options.erase(name);
+    } else {
+      options[name] = value;
+    }
+  }
 }
 
 nlohmann::json job_value(const std::vector<std::string>& words, bool are_numbers) {
@@ -190,7 +215,7 @@ std::vector<std::string> words_of(const Job& job, const CommandUsage& usage,
       if (value.get<bool>()) words.push_back(option.name);
       continue;
     }
-    for (const std::vector<std::string>& given : occurrences(value)) {
+    for (const std::vector<std::string>& given : occurrences(value, option)) {
       words.push_back(option.name);
       words.insert(words.end(), given.begin(), given.end());
     }

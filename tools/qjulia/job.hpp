@@ -21,7 +21,8 @@ struct Job {
 
   std::string command;  ///< "render"
   /// What was given, by name, such as "look_at": a number, a text, true, an array of them, or an
-  /// array of arrays where an option was given several times. Files are called by their names,
+  /// array of arrays where an option was given several times. An option of one word may be an array
+  /// as well: commas stand between its parts on the command line. Files are called by their names,
   /// without folders.
   nlohmann::json options = nlohmann::json::object();
   std::map<std::string, Input> inputs{};  ///< by the option's name
@@ -34,6 +35,10 @@ struct Job {
 
 /// The name of an option in jobs: "look_at" of "--look-at", "map" of "MAP".
 std::string job_name(const std::string& option);
+
+/// Gives a job's options the values by which `is` differs from `was`, both as tables of settings
+/// give them: null takes an option out, and a flag is given where it is turned.
+void set_changes(nlohmann::json& options, const nlohmann::json& was, const nlohmann::json& is);
 
 /// What a user gave for an option. Words of options that take other things than numbers, too,
 /// become numbers where JSON writes these as the same words.

@@ -59,10 +59,6 @@ std::string page_state(const nlohmann::json& made) {
   try {
     const nlohmann::json usual = to_json(PictureOptions{});
     const nlohmann::json& picture = made.at("picture");
-    if (const nlohmann::json& options = made.at("job").at("options");
-        options.contains("iterations")) {
-      words.push_back(fmt::format("iterations={}", options.at("iterations").dump()));
-    }
     for (const PictureSetting& setting : picture_settings()) {
       if (!picture.contains(setting.name) || picture.at(setting.name) == usual.at(setting.name) ||
           picture.at(setting.name).is_null()) {

@@ -245,22 +245,8 @@ std::optional<Sweep> wanted_sweep(const SweepChoice& wanted, const std::string& 
 Job frame_job(Job job, const View& asked, const View& drawn) {
   job.options.erase("sweep");
   job.options.erase("turntable");
-  const auto set = [&](const std::string& name, const nlohmann::json& was,
-                       const nlohmann::json& is) {
-    if (is == was) return;
-    job.options[name] = is;
-    if (is.is_null()) job.options.erase(name);
-  };
-  const nlohmann::json map_was = to_json(asked.map_options), map_is = to_json(drawn.map_options);
-  for (const auto& [name, value] : map_is.items()) set(name, map_was.at(name), value);
-  const nlohmann::json usual = to_json(asked.picture), used = to_json(drawn.picture);
-  for (const PictureSetting& setting : picture_settings()) {
-    if (!used.contains(setting.name)) continue;
-    set(setting.name, usual.at(setting.name), used.at(setting.name));
-  }
-  if (job.options.contains("range") && !job.options["range"].is_string()) {
-    job.options["range"] = fmt::format("{}", fmt::join(drawn.picture.range->values(), ","));
-  }
+  set_changes(job.options, to_json(asked.map_options), to_json(drawn.map_options));
+  set_changes(job.options, to_json(asked.picture), to_json(drawn.picture));
   return job;
 }
 

@@ -13,7 +13,6 @@
 #include "files.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/fit_settings.hpp"
-#include "qjulia/orbit_settings.hpp"
 #include "qjulia/picture_settings.hpp"
 #include "qjulia/version.hpp"
 
@@ -119,9 +118,6 @@ void write_picture(const Image& image, const std::filesystem::path& path, const 
 nlohmann::json to_json(const PictureOptions& options) {
   nlohmann::json json;
   base::add_json(json, picture_settings(), options);
-  for (const auto& setting : orbit_settings<PictureOptions>()) {
-    json.erase(setting.name);  // the map's options have them
-  }
   if (options.material == Material::clay) {
     json["palette"] = nlohmann::json::array({color_name(options.palette.clay)});
   }
@@ -149,13 +145,10 @@ FitResult finished_fit(Map map, const std::filesystem::path& file) {
 Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options) {
   Job job{.command = "fit", .options = {{"mesh", name_of(mesh_path)}}};
   job.inputs["mesh"].path = mesh_path;
-  nlohmann::json usual;
+  nlohmann::json usual, own;
   base::add_json(usual, fit_settings(), FitOptions{});
-  for (const auto& setting : fit_settings()) {
-    FitOptions own = options;
-    const nlohmann::json value = base::value_json(setting, setting.place(own));
-    if (value != usual.at(setting.name)) job.options[setting.name] = value;
-  }
+  base::add_json(own, fit_settings(), options);
+  set_changes(job.options, usual, own);
   if (const std::filesystem::path schedule = options.schedule; extension_of(schedule) == ".toml") {
     job.options["schedule"] = name_of(schedule);
     job.inputs["schedule"].path = schedule;

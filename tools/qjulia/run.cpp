@@ -15,7 +15,7 @@
 #include "base/toml.hpp"
 #include "commands.hpp"
 #include "files.hpp"
-#include "job.hpp"
+#include "job_run.hpp"
 #include "notes.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/file_types.hpp"
@@ -238,23 +238,16 @@ int run_run(const RunArguments& arguments, Session& session) {
   Job kept = found.job;
   kept.version.clear();
   const Job job = located(found, kept, usage, arguments, session);
-  std::vector<std::string> words = words_of(job, usage, output_name(arguments, found, usage));
-  const TrustedDevice& device = arguments.device;
-  if (usage.has("--device")) {
-    if (!device.name.empty()) words.insert(words.end(), {"--device", device.name});
-    if (!device.layout.empty()) words.insert(words.end(), {"--layout", device.layout});
-    if (device.is_trusted) words.emplace_back("--trust-device");
-  }
-  CommandLine program(kProgramDescription, "qjulia");
-  ChosenCommand chosen;
-  describe(program, chosen);
-  try {
-    program.parse(words);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("the job in '{}': {}", arguments.file, error.what()));
-  }
+  const std::string output = output_name(arguments, found, usage);
+  const JobRun ready = [&] {
+    try {
+      return JobRun(job, output, arguments.device);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("the job in '{}': {}", arguments.file, error.what()));
+    }
+  }();
   session.begin(kept);
-  return run_planned(chosen, session);
+  return ready.run(session);
 }
 
 void describe_run(Command command, RunArguments& a) {

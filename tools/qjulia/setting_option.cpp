@@ -57,19 +57,8 @@ class SettingOption {
         .offers(setting_.words);
   }
   Option operator()(const SizePlace& size) const {
-    const auto take = [size](const std::string& text) {
-      const auto words = base::split(text, 'x');
-      const auto side = [&](std::size_t i) {
-        return words.size() == 2 ? base::number_in<int>(words[i]).value_or(0) : 0;
-      };
-      if (side(0) <= 0 || side(1) <= 0) {
-        throw InputError(fmt::format("'{}' is not WIDTHxHEIGHT in pixels, such as 1280x960", text));
-      }
-      *size.width = side(0);
-      *size.height = side(1);
-    };
-    return command_.word(name(), setting_.values, take, help())
-        .default_text(fmt::format("{}x{}", *size.width, *size.height));
+    const auto take = [size](const std::string& text) { size.read(text); };
+    return command_.word(name(), setting_.values, take, help()).default_text(size.text());
   }
   Option operator()(std::vector<Cut>* value) const {
     const auto take = [value](const std::string& text) { *value = cuts_from(text); };

@@ -9,6 +9,9 @@
 #include <future>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "commands.hpp"
 #include "files.hpp"
@@ -16,6 +19,7 @@
 #include "picture_options.hpp"
 #include "print_options.hpp"
 #include "provenance.hpp"
+#include "qjulia/cut_mesh.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
@@ -38,6 +42,7 @@ struct SurfaceArguments {
   TrustedDevice device;
   MapOptions map_options;
   SurfaceOptions options;
+  std::vector<Cut> cuts;
   bool keep_loose = false, largest_component = false, no_map = false;
   std::optional<double> min_component;  ///< least area kept, over the largest one's
   PrintOptions print;
@@ -109,14 +114,15 @@ void check_colors(const SurfaceArguments& arguments) {
 }
 
 /// How the mesh is coloured.
-SurfaceColorOptions color_options(const SurfaceArguments& arguments,
-                                  const SurfaceOptions& options) {
+SurfaceColorOptions color_options(const SurfaceArguments& arguments) {
+  const SurfaceOptions& options = arguments.options;
   return {arguments.material, chosen_palette(arguments), options.iterations,
           options.escape,     options.precision,         arguments.range};
 }
 
-/// The map with shapes that are as long as was asked for; a box that was given goes with it.
-Map scaled(Map map, const SurfaceArguments& arguments, SurfaceOptions& options) {
+/// The map with shapes that are as long as was asked for; a box and cuts that were given go with
+/// it.
+Map scaled(Map map, SurfaceArguments& arguments) {
   if (!arguments.millimetres && !arguments.metres) return map;
   if (!map.frame.box) {
     throw InputError(fmt::format("{} needs the size of the shape, and '{}' does not hold it",
@@ -124,7 +130,11 @@ Map scaled(Map map, const SurfaceArguments& arguments, SurfaceOptions& options) 
   }
   const double length = arguments.metres ? *arguments.metres : *arguments.millimetres;
   const double factor = length / longest_side(map);
-  if (options.box) options.box = Box{factor * options.box->low, factor * options.box->high};
+  std::optional<Box>& box = arguments.options.box;
+  if (box) box = Box{factor * box->low, factor * box->high};
+  for (Cut& cut : arguments.cuts) {
+    if (!cut.is_percent) cut.at *= factor;
+  }
   return with_longest_side(std::move(map), length);
 }
 
@@ -153,17 +163,23 @@ bool drops_loose(const SurfaceArguments& arguments) {
 bool streams(const SurfaceArguments& arguments) {
   return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
          arguments.min_component.value_or(0) == 0 && !arguments.print.is_any() &&
-         !has_colors(arguments);
+         !has_colors(arguments) && arguments.cuts.empty();
+}
+
+/// What is left of the mesh where it is cut open. @throws InputError where nothing is
+TriangleMesh opened(TriangleMesh mesh, const std::vector<Cut>& cuts, const Map& map) {
+  for (const Cut& cut : cuts) mesh = cut_away(mesh, cut, map.frame.box);
+  if (mesh.triangles.empty()) throw InputError("--cut: nothing is left of the set; cut less away");
+  return mesh;
 }
 
 /// Straight to the file; the mesh is never in memory.
 WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, const Map& map,
-                      const SurfaceOptions& options, const MeshFileOptions& about,
-                      const ProgressMonitor& monitor) {
+                      const MeshFileOptions& about, const ProgressMonitor& monitor) {
   PlyFile file(arguments.output.path, about.note, about.file_turn());
   FigureSink sink(&file);
   WrittenSurface written;
-  written.report = extract_surface(device, map, options, sink, monitor);
+  written.report = extract_surface(device, map, arguments.options, sink, monitor);
   if (written.report.triangles == 0) return written;
   const TraceStage stage(monitor.trace, "measure and write");
   if (drops_loose(arguments)) written.loose = sink.drop_loose_pieces();
@@ -182,9 +198,8 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
 
 /// Colours of a mesh whose coordinates are `scale` times those of the map's set.
 SurfaceColors colors_of(const SurfaceArguments& arguments, const Device& device, const Map& map,
-                        const SurfaceOptions& options, const TriangleMesh& mesh, double scale,
-                        const ProgressMonitor& monitor) {
-  const SurfaceColorOptions wanted = color_options(arguments, options);
+                        const TriangleMesh& mesh, double scale, const ProgressMonitor& monitor) {
+  const SurfaceColorOptions wanted = color_options(arguments);
   if (scale == 1) return surface_colors(device, map, mesh, wanted, monitor);
   TriangleMesh set{mesh.vertices, mesh.triangles};
   for (Eigen::Vector3d& x : set.vertices) x /= scale;
@@ -194,11 +209,10 @@ SurfaceColors colors_of(const SurfaceArguments& arguments, const Device& device,
 /// Makes the mesh in memory: for formats that need their counts first, to choose among components,
 /// to colour and to print.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
-                       const SurfaceOptions& options, const MeshFileOptions& about,
-                       const ProgressMonitor& monitor) {
+                       const MeshFileOptions& about, const ProgressMonitor& monitor) {
   WrittenSurface written;
   MeshSink sink;
-  written.report = extract_surface(device, map, options, sink, monitor);
+  written.report = extract_surface(device, map, arguments.options, sink, monitor);
   TriangleMesh& mesh = sink.mesh;
   if (mesh.triangles.empty()) return written;
   const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
@@ -214,11 +228,11 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
     written.print = made.report;
   }
   if (has_colors(arguments)) {
-    SurfaceColors colors =
-        colors_of(arguments, device, map, options, mesh, written.print.scale, monitor);
+    SurfaceColors colors = colors_of(arguments, device, map, mesh, written.print.scale, monitor);
     mesh.colors = std::move(colors.colors);
     written.abrupt_share = colors.abrupt_share;
   }
+  if (!arguments.cuts.empty()) mesh = opened(std::move(mesh), arguments.cuts, map);
   if (is_volume(arguments)) {
     if (written.report.open_edges > 0) {
       throw InputError(
@@ -226,7 +240,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
                       "open; leave --box out, or write a mesh",
                       arguments.output.path));
     }
-    const double voxel = mesh.box().size().maxCoeff() / options.resolution;
+    const double voxel = mesh.box().size().maxCoeff() / arguments.options.resolution;
     volume::write_level_set(mesh, voxel, about.file_turn(), {about.name, about.note},
                             arguments.output.path);
   } else {
@@ -247,16 +261,20 @@ Plan plan_surface(const SurfaceArguments& arguments) {
   Plan plan{{arguments.map}, {output_named("--output", arguments.output, surface_types())}};
   check_colors(arguments);
   arguments.print.validate();
+  if (!arguments.cuts.empty() && (arguments.print.is_any() || is_volume(arguments))) {
+    throw InputError(
+        "--cut opens the mesh, and prints and level sets need a closed one; leave --cut out");
+  }
   return plan;
 }
 
-int run_surface(const SurfaceArguments& arguments, const Plan& /*plan*/, Session& session) {
+int run_surface(const SurfaceArguments& given, const Plan& /*plan*/, Session& session) {
+  SurfaceArguments arguments = given;
+  const SurfaceOptions& options = arguments.options;
   if (is_volume(arguments)) volume::expect_openvdb(arguments.output.path);
-  SurfaceOptions options = arguments.options;
   const Map read = session.read_map(arguments.map);
   const Device device = session.open_device(arguments.device);
-  Map map =
-      scaled(with_knobs(device, read, arguments.map_options, arguments.map), arguments, options);
+  Map map = scaled(with_knobs(device, read, arguments.map_options, arguments.map), arguments);
   warn_if_unbounded(map, options.iterations, arguments.map, session.console);
   const bool is_upright = format_up(arguments.output.path).has_value();
   // Maps that do not say it stand as they are drawn.
@@ -265,8 +283,7 @@ int run_surface(const SurfaceArguments& arguments, const Plan& /*plan*/, Session
   const nlohmann::json how = made_with(session.job());
   add_job(map, session.job());
   const WrittenSurface written = (streams(arguments) ? stream : collect)(
-      arguments, device, map, options, file_options(arguments, map, one_line(how)),
-      session.monitor());
+      arguments, device, map, file_options(arguments, map, one_line(how)), session.monitor());
   const SurfaceReport& report = written.report;
   if (report.triangles == 0) {
     throw Error(
@@ -341,6 +358,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
   };
   add("resolution");
   add("refine");
+  add_setting(command,
+              with_help(picture_setting_named("cut"),
+                        "Cut away what lies beyond a place along an axis, which leaves the mesh "
+                        "open: a coordinate, shape units, or per cent of the shape's box; several "
+                        "with commas, x=0.2,z=50%"),
+              &a.cuts);
   const Option keep = command.flag("--keep-loose", a.keep_loose,
                                    "Keep all connected parts. Default: parts that enclose less "
                                    "than a hundredth of the largest one's volume are left out");

@@ -1,24 +1,25 @@
-// Files that the server makes of what is seen: meshes, and turntables.
+// Files that the server makes of what is seen: meshes, pictures and turntables.
 import { button, group, line, note, select } from "./controls.js";
 import { queryOf } from "./command.js";
 import { element } from "./dom.js";
 import { download } from "./save.js";
 import { ask } from "./server.js";
 
-/** What can be made: the name, the end of the file's name, and which numbers matter. */
+/** What can be made: the name, the end of the file's name, which numbers matter, and what they are at first. */
 const products = {
   ply: { text: "mesh, .ply (Blender, MeshLab, ParaView)", file: "_surface.ply", asks: ["resolution"] },
   obj: { text: "mesh, .obj", file: "_surface.obj", asks: ["resolution"] },
   glb: { text: "mesh, .glb (web, AR)", file: "_surface.glb", asks: ["resolution"] },
   stl: { text: "printable file, .stl", file: "_print.stl", asks: ["resolution", "millimetres"] },
-  turntable: { text: "turntable, .png that moves", file: "_turntable.png", asks: ["frames", "width", "height"] },
+  png: { text: "picture, .png (holds the map and how it was made)", file: ".png", asks: ["width", "height"], usual: { width: 1280, height: 960 } },
+  turntable: { text: "turntable, .png that moves", file: "_turntable.png", asks: ["frames", "width", "height"], usual: { width: 480, height: 360 } },
 };
 const numbers = {
   resolution: ["cells", 256, 16, 1024, "Cells of the grid along the box's longest side: more show finer grooves, and take longer"],
   millimetres: ["length, mm", 80, 1, 10000, "Of the shape's longest side"],
   frames: ["pictures", 36, 2, 120, "Of the whole turn"],
-  width: ["width", 480, 16, 1920, "Of a picture, pixels"],
-  height: ["height", 360, 16, 1080, "Of a picture, pixels"],
+  width: ["width", 1280, 16, 4096, "Of a picture, pixels"],
+  height: ["height", 960, 16, 4096, "Of a picture, pixels"],
 };
 
 /** Adds the controls to the panel. */
@@ -27,7 +28,11 @@ export function offerFiles() {
   const fields = Object.fromEntries(Object.entries(numbers).map(([name, [text, value, min, max, title]]) =>
     [name, line(text, title, element("input", { type: "number", name, value, min, max, step: 1 }))]));
   const follow = () => {
-    for (const [name, field] of Object.entries(fields)) field.hidden = !products[product.value].asks.includes(name);
+    const { asks, usual = {} } = products[product.value];
+    for (const [name, field] of Object.entries(fields)) {
+      field.hidden = !asks.includes(name);
+      if (name in usual) field.lastElementChild.value = usual[name];
+    }
   };
   const product = select("product", Object.entries(products).map(([value, { text }]) => [value, text]), follow);
   const bar = element("progress", { max: 1, value: 0, hidden: true, ariaLabel: "How much is made" });
