@@ -49,6 +49,7 @@
 #include "qjulia/sample.hpp"
 #include "qjulia/sample_settings.hpp"
 #include "qjulia/scaling.hpp"
+#include "qjulia/selection.hpp"
 #include "qjulia/self_test.hpp"
 #include "qjulia/setting.hpp"
 #include "qjulia/shape.hpp"

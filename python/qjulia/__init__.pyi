@@ -288,9 +288,12 @@ class Map:
         shell: Optional[float] = ...,
         drain: float = ...,
         # end of print_settings
+        # selection_settings
+        cut: Union[str, Mapping[str, Union[float, str]]] = ...,
         keep_loose: bool = ...,
         largest_component: bool = ...,
         min_component: Optional[float] = ...,
+        # end of selection_settings
     ) -> Surface: ...
     def surface_colors(
         self,

@@ -263,19 +263,13 @@ class Map:
         options["resolution"] = resolution
         return _core.sample(self._core, _device.core_of(device), on_progress, options)
 
-    @with_settings([*_core.surface_settings(), *_core.print_settings()])
+    @with_settings([*_core.surface_settings(), *_core.print_settings(), *_core.selection_settings()])
     def surface(self, resolution=256, *, device=None, on_progress=None, **options):
         """The set as a triangle mesh, in the shape's own coordinates.
 
         Parameters
         ----------
         settings
-        keep_loose : bool, optional
-            Whether parts stay that are less than a hundredth as large as the largest.
-        largest_component : bool, optional
-            Whether only the largest part stays.
-        min_component : float, optional
-            The least area of parts that stay, where the largest one's is 1.
         device : Device or str, optional
         on_progress : callable, optional
             See `fit`.

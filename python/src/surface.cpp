@@ -19,6 +19,7 @@
 #include "qjulia/picture_settings.hpp"
 #include "qjulia/print.hpp"
 #include "qjulia/print_settings.hpp"
+#include "qjulia/selection.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_settings.hpp"
 #include "watched.hpp"
@@ -28,61 +29,39 @@ namespace py = pybind11;
 namespace qjulia::python {
 namespace {
 
-/// What of the mesh is wanted.
-struct Selection {
-  bool keep_loose = false;
-  double min_component = 0;  ///< least area kept, over the largest part's
-  PrintOptions print;
-};
-
-Selection selection(Keywords& keywords) {
-  Selection wanted;
-  PrintOptions& print = wanted.print;
-  bool largest = false;
-  std::optional<double> min_component;
-  keywords.take("keep_loose", wanted.keep_loose);
-  keywords.take("largest_component", largest);
-  keywords.take("min_component", min_component);
-  keywords.take_all(print_settings(), print);
-  if (min_component && !(*min_component >= 0 && *min_component <= 1)) {
-    throw OptionError("min_component", "it must be 0 to 1");
+TriangleMesh selected(TriangleMesh mesh, const Selection& selection, PrintOptions print,
+                      const Map& map, const ProgressMonitor& monitor) {
+  select_parts(mesh, selection);
+  if (print.is_any() && !mesh.triangles.empty()) {
+    print.up = map.frame.up.value_or(kDefaultUp);
+    print.keep_loose = selection.keep_loose || selection.min_component;
+    mesh = made_printable(std::move(mesh), print, monitor).mesh;
   }
-  if (wanted.keep_loose + largest + min_component.has_value() > 1) {
-    throw InputError(
-        "keep_loose, largest_component and min_component exclude each other; give one of them");
-  }
-  print.keep_loose = wanted.keep_loose || min_component.has_value();
-  // Who chooses among components has no loose pieces dropped before.
-  wanted.keep_loose = wanted.keep_loose || largest || min_component.has_value();
-  wanted.min_component = largest ? 1 : min_component.value_or(0);
-  print.validate();
-  return wanted;
-}
-
-TriangleMesh selected(TriangleMesh mesh, Selection wanted, std::optional<UpAxis> up,
-                      const ProgressMonitor& monitor) {
-  if (mesh.triangles.empty()) return mesh;
-  if (!wanted.keep_loose) drop_loose_pieces(mesh);
-  if (wanted.min_component > 0) mesh = large_components(mesh, wanted.min_component);
-  if (!wanted.print.is_any()) return mesh;
-  wanted.print.up = up.value_or(kDefaultUp);
-  return made_printable(std::move(mesh), wanted.print, monitor).mesh;
+  return cut_open(std::move(mesh), selection, map.frame.box);
 }
 
 py::tuple surface_of(const KeptMap& self, const OpenDevice& device, const py::object& on_progress,
                      const py::dict& given) {
   SurfaceOptions options;
+  Selection selection;
+  PrintOptions print;
   Keywords keywords("surface", given);
   keywords.take_all(surface_settings(), options);
-  const Selection wanted = selection(keywords);
+  keywords.take_all(print_settings(), print);
+  keywords.take_all(selection_settings(), selection);
   keywords.expect_no_more();
   options.validate();
+  print.validate();
+  selection.validate();
+  if (print.is_any() && !selection.cuts.empty()) {
+    throw OptionError("cut", "it opens the mesh, and prints need a closed one");
+  }
   TriangleMesh mesh;
   Watcher watcher;
   const ProgressMonitor monitor = watcher.monitor(on_progress);
   watcher.run(device, [&] {
-    mesh = selected(extract_surface(device.device, self.map, options, monitor), wanted,
-                    self.map.frame.up, monitor);
+    mesh = selected(extract_surface(device.device, self.map, options, monitor), selection, print,
+                    self.map, monitor);
   });
   return arrays_of(std::move(mesh));
 }
@@ -153,6 +132,7 @@ void add_surfaces(py::module_& module) {
   module.def("compare", &compared);
   module.def("surface_settings", [] { return described(surface_settings(), SurfaceOptions{}); });
   module.def("print_settings", [] { return described(print_settings(), PrintOptions{}); });
+  module.def("selection_settings", [] { return described(selection_settings(), Selection{}); });
   module.def("compare_settings", [] { return described(compare_settings(), CompareOptions{}); });
 }
 

@@ -129,6 +129,7 @@ class Calls:
                     PRINT,
                     {"longest": 40, "min_wall": 1, "largest_component": True},
                     {"max_triangles": 200, "max_error": 0.5, "min_component": 0.5},
+                    {"cut": "z=90%"},
                 ],
             ),
             "Map.surface_colors": (

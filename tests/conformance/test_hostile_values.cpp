@@ -300,6 +300,11 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   });
   use("kept_of", [&] { FigureSink().kept_of(mesh); });
   use("large_components", [&] { large_components(mesh, 0.5); });
+  use("select_parts", [&] {
+    TriangleMesh copy = mesh;
+    select_parts(copy, {.min_component = 0.5});
+  });
+  use("cut_open", [&] { cut_open(mesh, {.cuts = {{'x', 0.1}}}, std::nullopt); });
   use("decimated", [&] { decimated(mesh, 3); });
   use("cut_away", [&] {
     for (const double at : {0.0, 1e300, -1e300, std::nan("")})

@@ -17,6 +17,7 @@
 #include "qjulia/portal_settings.hpp"
 #include "qjulia/print_settings.hpp"
 #include "qjulia/sample_settings.hpp"
+#include "qjulia/selection.hpp"
 #include "qjulia/surface_settings.hpp"
 
 using namespace qjulia;
@@ -52,6 +53,7 @@ TEST_CASE("tables of settings describe what their structs have") {
   check_table(portal_settings(), PortalOptions{});
   check_table(print_settings(), PrintOptions{});
   check_table(surface_settings(), SurfaceOptions{});
+  check_table(selection_settings(), Selection{});
   check_table(sample_settings(), SampleOptions{});
   check_table(compare_settings(), CompareOptions{});
   check_table(paint_settings(), PaintOptions{});

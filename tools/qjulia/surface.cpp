@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <future>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -19,7 +20,6 @@
 #include "picture_options.hpp"
 #include "print_options.hpp"
 #include "provenance.hpp"
-#include "qjulia/cut_mesh.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/figures.hpp"
 #include "qjulia/file_types.hpp"
@@ -27,6 +27,7 @@
 #include "qjulia/picture.hpp"
 #include "qjulia/picture_settings.hpp"
 #include "qjulia/print.hpp"
+#include "qjulia/selection.hpp"
 #include "qjulia/surface_colors.hpp"
 #include "qjulia/surface_file.hpp"
 #include "qjulia/surface_settings.hpp"
@@ -42,9 +43,8 @@ struct SurfaceArguments {
   TrustedDevice device;
   MapOptions map_options;
   SurfaceOptions options;
-  std::vector<Cut> cuts;
-  bool keep_loose = false, largest_component = false, no_map = false;
-  std::optional<double> min_component;  ///< least area kept, over the largest one's
+  Selection selection;
+  bool no_map = false;
   PrintOptions print;
   std::optional<double> millimetres, metres;  ///< instead of shape units
   std::optional<UpAxis> up;  ///< instead of the map's; the file's, where it has no up of its own
@@ -132,7 +132,7 @@ Map scaled(Map map, SurfaceArguments& arguments) {
   const double factor = length / longest_side(map);
   std::optional<Box>& box = arguments.options.box;
   if (box) box = Box{factor * box->low, factor * box->high};
-  for (Cut& cut : arguments.cuts) {
+  for (Cut& cut : arguments.selection.cuts) {
     if (!cut.is_percent) cut.at *= factor;
   }
   return with_longest_side(std::move(map), length);
@@ -153,24 +153,13 @@ MeshFileOptions file_options(const SurfaceArguments& arguments, const Map& map,
   return options;
 }
 
-/// Loose pieces are dropped unless components are chosen otherwise.
-bool drops_loose(const SurfaceArguments& arguments) {
-  return !arguments.keep_loose && !arguments.largest_component && !arguments.min_component;
-}
-
 /// Whether the mesh can go straight to its file: one that needs no counts first, and no colours,
 /// which take the lengths of all edges about a vertex.
 bool streams(const SurfaceArguments& arguments) {
-  return extension_of(arguments.output.path) == ".ply" && !arguments.largest_component &&
-         arguments.min_component.value_or(0) == 0 && !arguments.print.is_any() &&
-         !has_colors(arguments) && arguments.cuts.empty();
-}
-
-/// What is left of the mesh where it is cut open. @throws InputError where nothing is
-TriangleMesh opened(TriangleMesh mesh, const std::vector<Cut>& cuts, const Map& map) {
-  for (const Cut& cut : cuts) mesh = cut_away(mesh, cut, map.frame.box);
-  if (mesh.triangles.empty()) throw InputError("--cut: nothing is left of the set; cut less away");
-  return mesh;
+  const Selection& selection = arguments.selection;
+  return extension_of(arguments.output.path) == ".ply" && !selection.largest_component &&
+         selection.min_component.value_or(0) == 0 && selection.cuts.empty() &&
+         !arguments.print.is_any() && !has_colors(arguments);
 }
 
 /// Straight to the file; the mesh is never in memory.
@@ -182,7 +171,7 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
   written.report = extract_surface(device, map, arguments.options, sink, monitor);
   if (written.report.triangles == 0) return written;
   const TraceStage stage(monitor.trace, "measure and write");
-  if (drops_loose(arguments)) written.loose = sink.drop_loose_pieces();
+  if (arguments.selection.drops_loose()) written.loose = sink.drop_loose_pieces();
   std::future<SurfaceFigures> figures =
       std::async(std::launch::async, [&] { return sink.figures(); });
   if (written.loose.count > 0) {
@@ -215,14 +204,12 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   written.report = extract_surface(device, map, arguments.options, sink, monitor);
   TriangleMesh& mesh = sink.mesh;
   if (mesh.triangles.empty()) return written;
-  const double least = arguments.largest_component ? 1 : arguments.min_component.value_or(0);
   const TraceStage stage(monitor.trace, "measure and write");
-  if (drops_loose(arguments)) written.loose = drop_loose_pieces(mesh);
-  if (least > 0) mesh = large_components(mesh, least);
+  written.loose = select_parts(mesh, arguments.selection);
   if (arguments.print.is_any()) {
     PrintOptions print = arguments.print;
     print.up = map.frame.up.value_or(kDefaultUp);
-    print.keep_loose = arguments.keep_loose || arguments.min_component;
+    print.keep_loose = arguments.selection.keep_loose || arguments.selection.min_component;
     PrintMesh made = made_printable(std::move(mesh), print, monitor);
     mesh = std::move(made.mesh);
     written.print = made.report;
@@ -232,7 +219,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
     mesh.colors = std::move(colors.colors);
     written.abrupt_share = colors.abrupt_share;
   }
-  if (!arguments.cuts.empty()) mesh = opened(std::move(mesh), arguments.cuts, map);
+  mesh = cut_open(std::move(mesh), arguments.selection, map.frame.box);
   if (is_volume(arguments)) {
     if (written.report.open_edges > 0) {
       throw InputError(
@@ -261,7 +248,8 @@ Plan plan_surface(const SurfaceArguments& arguments) {
   Plan plan{{arguments.map}, {output_named("--output", arguments.output, surface_types())}};
   check_colors(arguments);
   arguments.print.validate();
-  if (!arguments.cuts.empty() && (arguments.print.is_any() || is_volume(arguments))) {
+  arguments.selection.validate();
+  if (!arguments.selection.cuts.empty() && (arguments.print.is_any() || is_volume(arguments))) {
     throw InputError(
         "--cut opens the mesh, and prints and level sets need a closed one; leave --cut out");
   }
@@ -358,25 +346,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
   };
   add("resolution");
   add("refine");
-  add_setting(command,
-              with_help(picture_setting_named("cut"),
-                        "Cut away what lies beyond a place along an axis, which leaves the mesh "
-                        "open: a coordinate, shape units, or per cent of the shape's box; several "
-                        "with commas, x=0.2,z=50%"),
-              &a.cuts);
-  const Option keep = command.flag("--keep-loose", a.keep_loose,
-                                   "Keep all connected parts. Default: parts that enclose less "
-                                   "than a hundredth of the largest one's volume are left out");
-  const Option largest = command
-                             .flag("--largest-component", a.largest_component,
-                                   "Leave out all but the largest connected part")
-                             .excludes({keep});
-  command
-      .add("--min-component", &a.min_component, "FRACTION",
-           "Leave out connected parts with less than this fraction, 0 to 1, of the largest one's "
-           "area")
-      .excludes({largest, keep})
-      .range(0.0, 1.0);
+  std::map<std::string, Option> parts;
+  for (const auto& setting : selection_settings()) {
+    parts.emplace(setting.name, add_setting(command, setting, setting.place(a.selection)));
+  }
+  parts.at("largest_component").excludes({parts.at("keep_loose")});
+  parts.at("min_component").excludes({parts.at("largest_component"), parts.at("keep_loose")});
   const Option millimetres =
       command
           .add("--millimetres", &a.millimetres, "LENGTH",
