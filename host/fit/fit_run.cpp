@@ -152,101 +152,117 @@ void expect_room(const Device& device, const FitOptions& options, const Schedule
 
 }  // namespace
 
-FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOptions options,
-               ProgressMonitor monitor)
-    : options_(std::move(options)), monitor_(std::move(monitor)) {
-  options_.validate();
+FitRun::Prepared FitRun::prepared(Team& team, const Device& device, const TriangleMesh& mesh,
+                                  FitOptions options, ProgressMonitor monitor) {
+  options.validate();
   mesh.validate();
-  if (!options_.sample_parts) options_.sample_parts = team.size();
-  expect_room(device, options_, schedule_of(options_));
-  Clock clock = team.shared(start_clock(monitor_.stop));
-  monitor_.report({"measuring the mesh", 0, -1, ""});
-  const bool is_kept = !options_.checkpoint.empty();
-  Checkpoint checkpoint(options_.checkpoint, is_kept ? fit_key(mesh, options_, device) : "",
-                        Checkpoint::kInterval, options_.observer.on_warning);
-  auto kept = checkpoint.state_in(team.broadcast_text(options_.resume ? checkpoint.read() : ""));
-  const double most = kept ? kept->most_triangles : most_triangles(options_.most_seconds());
-  MeasuredShape measured = in_stage(monitor_, "measure the mesh", [&] {
-    return measured_shape(device, mesh, most, monitor_.stop);
+  if (!options.sample_parts) options.sample_parts = team.size();
+  expect_room(device, options, schedule_of(options));
+  Clock clock = team.shared(start_clock(monitor.stop));
+  monitor.report({"measuring the mesh", 0, -1, ""});
+  const bool is_kept = !options.checkpoint.empty();
+  Checkpoint checkpoint(options.checkpoint, is_kept ? fit_key(mesh, options, device) : "",
+                        Checkpoint::kInterval, options.observer.on_warning);
+  auto kept = checkpoint.state_in(team.broadcast_text(options.resume ? checkpoint.read() : ""));
+  const double most = kept ? kept->most_triangles : most_triangles(options.most_seconds());
+  MeasuredShape measured = in_stage(monitor, "measure the mesh", [&] {
+    return measured_shape(device, mesh, most, monitor.stop);
   });
   Shape& shape = measured.shape;
+  const RadialSpread spread = radial_spread(shape.mesh, Eigen::Vector3d::Zero());
   const double detail =
-      team
-          .broadcast({chosen_detail(
-              options_.detail, radial_spread(shape.mesh, Eigen::Vector3d::Zero()), kFittedRule)})
-          .front();
-  Schedule schedule = schedule_of(options_);
-  if (options_.polish) schedule = with_polish(std::move(schedule), detail);
-  const int planned = kept ? kept->planned : planned_evaluations(options_, schedule);
-  Budget budget(options_, planned, kReserve, std::move(clock));
-  SignedDistance distance = in_stage(monitor_, "signed distance", [&] {
-    return SignedDistance(device, shape.mesh, Precision::single, monitor_.stop);
+      team.broadcast({chosen_detail(options.detail, spread, kFittedRule)}).front();
+  Schedule schedule = schedule_of(options);
+  if (options.polish) schedule = with_polish(std::move(schedule), detail);
+  const int planned = kept ? kept->planned : planned_evaluations(options, schedule);
+  SignedDistance distance = in_stage(monitor, "signed distance", [&] {
+    return SignedDistance(device, shape.mesh, Precision::single, monitor.stop);
   });
-  SamplePool pool = in_stage(monitor_, "sample pool", [&] {
-    return make_sample_pool(shape, distance, options_.seed, planned, largest_draw(schedule),
-                            monitor_.stop);
+  SamplePool pool = in_stage(monitor, "sample pool", [&] {
+    return make_sample_pool(shape, distance, options.seed, planned, largest_draw(schedule),
+                            monitor.stop);
   });
   team.adopt(pool);
-  // A rank that left a draw would keep the others waiting, so several ranks do not stop a draw.
-  const std::stop_token draw_stop = team.size() > 1 ? std::stop_token() : monitor_.stop;
-  in_stage(monitor_, "overlap points", [&] {
-    own_.emplace(device,
-                 MeasuredMesh{std::move(shape), std::move(distance), std::move(pool), detail,
-                              std::move(measured.warnings), options_.steepness,
-                              options_.up ? options_.up : guess_up(mesh)},
-                 options_.weights, options_.precision, draw_stop);
-  });
-  problem_.emplace(team, *own_, *options_.sample_parts);
-
-  FitPlan plan{options_, std::move(schedule), std::move(budget), std::move(checkpoint), monitor_,
-               most};
-  Map start = kept ? kept->map
-              : options_.initial
-                  ? started_from(device, *options_.initial, own_->mesh().shape, own_->mesh().pool)
-                  : placed(*problem_, own_->mesh().pool, plan);
-  if (const auto& on_stage = plan.options.observer.on_stage; !kept && on_stage) {
-    const Map finished = own_->finished(start).map;
-    on_stage({"placement", 0, 0, 0, 0, own_->overlap(finished, 1)}, finished);
-  }
-  stages_.emplace(*problem_, std::move(start), std::move(plan));
-  if (kept) stages_->resume(std::move(*kept));
+  Budget budget(options, planned, kReserve, std::move(clock));
+  return {
+      {std::move(shape), std::move(distance), std::move(pool), detail, std::move(measured.warnings),
+       options.steepness, options.up ? options.up : guess_up(mesh)},
+      {options, std::move(schedule), std::move(budget), std::move(checkpoint), std::move(monitor),
+       most},
+      std::move(kept)};
 }
 
-Map FitRun::map() const { return stages_->finished().map; }
+FitRun::FitRun(Team& team, const Device& device, const TriangleMesh& mesh, FitOptions options,
+               ProgressMonitor monitor)
+    : FitRun(team, device, prepared(team, device, mesh, std::move(options), std::move(monitor))) {}
+
+FitRun::FitRun(Team& team, const Device& device, Prepared prepared)
+    : monitor_(prepared.plan.monitor),
+      own_(in_stage(monitor_, "overlap points",
+                    [&] {
+                      // A rank that left a draw would keep the others waiting, so several ranks do
+                      // not stop a draw.
+                      const bool can_stop = team.size() == 1;
+                      return MeshProblem(device, std::move(prepared.mesh),
+                                         prepared.plan.options.weights,
+                                         prepared.plan.options.precision,
+                                         can_stop ? monitor_.stop : std::stop_token());
+                    })),
+      problem_(team, own_, *prepared.plan.options.sample_parts),
+      stages_(begun(device, std::move(prepared))) {}
+
+Stages FitRun::begun(const Device& device, Prepared prepared) const {
+  FitPlan& plan = prepared.plan;
+  const MeasuredMesh& mesh = own_.mesh();
+  std::optional<FitState>& kept = prepared.kept;
+  Map start = kept ? kept->map
+              : plan.options.initial
+                  ? started_from(device, *plan.options.initial, mesh.shape, mesh.pool)
+                  : placed(problem_, mesh.pool, plan);
+  if (const auto& on_stage = plan.options.observer.on_stage; !kept && on_stage) {
+    const Map finished = own_.finished(start).map;
+    on_stage({"placement", 0, 0, 0, 0, own_.overlap(finished, 1)}, finished);
+  }
+  Stages stages(problem_, std::move(start), std::move(plan));
+  if (kept) stages.resume(std::move(*kept));
+  return stages;
+}
+
+Map FitRun::map() const { return stages_.finished().map; }
 
 double FitRun::overlap_of_shape(const FitResult& result) const {
   if (!result.stages.empty() && result.stages.back().iterations == 1) {
     return result.stages.back().iou;
   }
-  return problem_->overlap(result.map, 1);
+  return problem_.overlap(result.map, 1);
 }
 
 FitResult FitRun::result() {
   FitResult result;
-  result.stopped = stages_->stopped().value();
-  result.stages = stages_->reports();
-  result.warnings = own_->mesh().warnings;
-  FinishedMap finished = in_stage(monitor_, "calibration", [&] { return stages_->finished(); });
+  result.stopped = stages_.stopped().value();
+  result.stages = stages_.reports();
+  result.warnings = own_.mesh().warnings;
+  FinishedMap finished = in_stage(monitor_, "calibration", [&] { return stages_.finished(); });
   result.map = std::move(finished.map);
-  result.mean_distance = own_->mean_distance(result.map);
+  result.mean_distance = own_.mean_distance(result.map);
   finished.warnings.insert(finished.warnings.begin(),
-                           own_->poor_fit(result.map, overlap_of_shape(result)));
-  Budget& budget = stages_->budget();
+                           own_.poor_fit(result.map, overlap_of_shape(result)));
+  Budget& budget = stages_.budget();
   budget.update();
   result.evaluations = budget.evaluations();
   result.seconds = budget.seconds();
   finished.warnings.push_back(unsettled(result, budget.most_evaluations()));
-  finished.warnings.push_back(other_detail(result.map, own_->mesh().detail));
+  finished.warnings.push_back(other_detail(result.map, own_.mesh().detail));
   std::erase(finished.warnings, "");
   std::ranges::move(finished.warnings, std::back_inserter(result.warnings));
-  if (const std::string& problem = stages_->checkpoint().problem(); !problem.empty()) {
+  if (const std::string& problem = stages_.checkpoint().problem(); !problem.empty()) {
     result.warnings.push_back(problem);
   }
   return result;
 }
 
 FitResult FitRun::whole() {
-  stages_->run();
+  stages_.run();
   return result();
 }
 

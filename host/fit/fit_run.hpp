@@ -18,8 +18,8 @@ class FitRun {
   FitRun(const FitRun&) = delete;  // its stages refer to its problem
   FitRun& operator=(const FitRun&) = delete;
 
-  Stages& stages() { return *stages_; }
-  const Stages& stages() const { return *stages_; }
+  Stages& stages() { return stages_; }
+  const Stages& stages() const { return stages_; }
   /// The map that the fit would give if it ended here.
   Map map() const;
   /// The result of a fit that has ended.
@@ -28,14 +28,26 @@ class FitRun {
   FitResult whole();
 
  private:
+  /// A mesh that was measured, and how its fit goes.
+  struct Prepared {
+    MeasuredMesh mesh;
+    FitPlan plan;
+    std::optional<FitState> kept{};  ///< where an earlier process stood
+  };
+
+  static Prepared prepared(Team& team, const Device& device, const TriangleMesh& mesh,
+                           FitOptions options, ProgressMonitor monitor);
+  FitRun(Team& team, const Device& device, Prepared prepared);
+  /// The stages, at the map where they start.
+  Stages begun(const Device& device, Prepared prepared) const;
+
   /// IoU of the map's own shape, n = 1.
   double overlap_of_shape(const FitResult& result) const;
 
-  FitOptions options_;
   ProgressMonitor monitor_;
-  std::optional<MeshProblem> own_;
-  std::optional<DividedProblem> problem_;  ///< the same, shared by the team
-  std::optional<Stages> stages_;
+  MeshProblem own_;
+  DividedProblem problem_;  ///< the same, shared by the team
+  Stages stages_;
 };
 
 }  // namespace qjulia::fitting

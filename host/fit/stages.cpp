@@ -8,7 +8,6 @@
 #include <iterator>
 
 #include "device/context.hpp"
-#include "fit/minimize.hpp"
 #include "fit/relocate.hpp"
 #include "qjulia/error.hpp"
 
@@ -243,6 +242,82 @@ std::unique_ptr<Preconditioner> Stages::preconditioner(Evaluator& evaluator,
       subspace.restricted_diagonal(evaluator.gauss_newton_diagonal(map_)), damping);
 }
 
+Samples Stages::drawn(const Level& level) {
+  Samples samples = problem_.draw(level, random_);
+  if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.dynamics.surface_level);
+  if (level.reweight > 0) reweight(samples, evaluator_of(samples, level)->field(map_), level);
+  return samples;
+}
+
+std::vector<std::size_t> Stages::relocate(Evaluator& evaluator, const Samples& samples,
+                                          const Level& level) {
+  const std::size_t factors = map_.dynamics.factors.size();
+  const bool relocates = level.relocated > 0 && !reports_.empty() &&
+                         options_.unknowns == Unknowns::all && factors <= kMostByMatrix;
+  Map start = map_;
+  std::vector<std::size_t> moved;
+  if (relocates) {
+    const TraceStage traced(monitor_.trace, "relocate");
+    start = relocated(evaluator, samples, std::min(level.relocated, static_cast<int>(factors / 4)));
+    moved = moved_between(map_, start);
+  }
+  map_ = problem_.agreed(std::move(start));
+  finished_.reset();
+  return moved;
+}
+
+Stages::Ready Stages::prepared(const Level& level) {
+  const auto part = [&](const char* name, const auto& work) {
+    const TraceStage traced(monitor_.trace, name);
+    return work();
+  };
+  if (level.iterations > 1) {
+    lift_misplaced();
+    finish();
+  }
+  Samples samples = part("draw samples", [&] { return drawn(level); });
+  auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
+  const std::vector<std::size_t> moved = relocate(*evaluator, samples, level);
+  const Subspace subspace(map_, level, options_.unknowns);
+  auto scaling =
+      part("preconditioner", [&] { return preconditioner(*evaluator, subspace, level, moved); });
+  if (const Samples centers = misplaced(level).samples; centers.size() > 0) {
+    for (std::size_t i = 0; i < centers.size(); ++i) samples.add(centers, i);
+    evaluator.reset();
+    evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
+  }
+  return {std::move(evaluator), subspace, std::move(scaling)};
+}
+
+MinimizeResult Stages::minimized(const Ready& ready, const Level& level, FitState& state) {
+  const TraceStage traced(monitor_.trace, "minimise");
+  const Evaluate evaluate = recorded(*ready.evaluator, options_.observer, state, checkpoint_);
+  try {
+    MinimizeResult result =
+        minimize(evaluate, map_, ready.subspace, *ready.scaling, level.steps, budget_);
+    if (result.stopped == StopReason::interrupted) checkpoint_.save(state);
+    return result;
+  } catch (const DeviceError&) {
+    checkpoint_.save(state);  // another run need not evaluate again what this one has
+    throw;
+  }
+}
+
+StageReport Stages::report(const Level& level, const MinimizeResult& result,
+                           const FitState& before) {
+  const auto part = [&](const char* name, const auto& work) {
+    const TraceStage traced(monitor_.trace, name);
+    return work();
+  };
+  finished_ = part("finish", [&] { return problem_.finished(map_); });
+  const double overlap =
+      part("overlap", [&] { return problem_.overlap(finished_->map, level.iterations); });
+  budget_.update();
+  return {level.name,          budget_.evaluations() - before.evaluations, result.energy_before,
+          result.energy_after, budget_.seconds() - before.seconds,         overlap,
+          level.iterations};
+}
+
 std::optional<StopReason> Stages::run_stage() {
   FitState before = next_state();
   resumed_.reset();
@@ -252,66 +327,17 @@ std::optional<StopReason> Stages::run_stage() {
   const TraceStage stage(monitor_.trace, level.name);
   budget_.update();
   const double began = budget_.seconds();
-  const int evaluations = budget_.evaluations();
-  const auto part = [&](const char* name, const auto& work) {
-    const TraceStage traced(monitor_.trace, name);
-    return work();
-  };
-  if (level.iterations > 1) {
-    lift_misplaced();
-    finish();
-  }
-  Samples samples = part("draw samples", [&] { return problem_.draw(level, random_); });
-  if (level.loss == Loss::tanh) std::ranges::fill(samples.target, map_.dynamics.surface_level);
-  auto evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
-  if (level.reweight > 0) {
-    reweight(samples, evaluator->field(map_), level);
-    evaluator = evaluator_of(samples, level);
-  }
-  Map start = map_;
-  std::vector<std::size_t> moved;
-  if (level.relocated > 0 && !reports_.empty() && options_.unknowns == Unknowns::all &&
-      map_.dynamics.factors.size() <= kMostByMatrix) {
-    const auto most = static_cast<int>(map_.dynamics.factors.size() / 4);
-    start = part("relocate",
-                 [&] { return relocated(*evaluator, samples, std::min(level.relocated, most)); });
-    moved = moved_between(map_, start);
-  }
-  map_ = problem_.agreed(std::move(start));
-  finished_.reset();
-  const Subspace subspace(map_, level, options_.unknowns);
-  const std::unique_ptr<Preconditioner> scaling =
-      part("preconditioner", [&] { return preconditioner(*evaluator, subspace, level, moved); });
-  if (const Samples centers = misplaced(level).samples; centers.size() > 0) {
-    for (std::size_t i = 0; i < centers.size(); ++i) samples.add(centers, i);
-    evaluator.reset();
-    evaluator = part("send samples", [&] { return evaluator_of(samples, level); });
-  }
+  const Ready ready = prepared(level);
   budget_.update();
   preparation_ = budget_.seconds() - began;
-  const Evaluate evaluate = recorded(*evaluator, options_.observer, before, checkpoint_);
-  auto result = part("minimise", [&] {
-    try {
-      return minimize(evaluate, map_, subspace, *scaling, level.steps, budget_);
-    } catch (const DeviceError&) {
-      checkpoint_.save(before);  // another run need not evaluate again what this one has
-      throw;
-    }
-  });
-  if (result.stopped == StopReason::interrupted) checkpoint_.save(before);
+  MinimizeResult result = minimized(ready, level, before);
   map_ = std::move(result.map);
-  finished_ = part("finish", [&] { return problem_.finished(map_); });
-  const double overlap =
-      part("overlap", [&] { return problem_.overlap(finished_->map, level.iterations); });
-  budget_.update();
-  reports_.push_back({level.name, budget_.evaluations() - evaluations, result.energy_before,
-                      result.energy_after, budget_.seconds() - began, overlap, level.iterations});
-  monitor_.report({"fitting", budget_.fraction(), budget_.seconds_left(),
-                   fmt::format("IoU {:.4f}, {}, {} evaluations", reports_.back().iou, level.name,
-                               budget_.evaluations())});
-  if (options_.observer.on_stage) {
-    options_.observer.on_stage(reports_.back(), finished_->map);
-  }
+  reports_.push_back(report(level, result, before));
+  const StageReport& done = reports_.back();
+  monitor_.report(
+      {"fitting", budget_.fraction(), budget_.seconds_left(),
+       fmt::format("IoU {:.4f}, {}, {} evaluations", done.iou, level.name, budget_.evaluations())});
+  if (options_.observer.on_stage) options_.observer.on_stage(done, finished_->map);
   if (result.stopped) return result.stopped;
   const bool is_last_kind = level.iterations == schedule_.levels.back().iterations;
   if (is_last_kind && is_at_target()) return StopReason::target_iou;

@@ -9,6 +9,7 @@
 #include "fit/budget.hpp"
 #include "fit/checkpoint.hpp"
 #include "fit/energy_names.hpp"
+#include "fit/minimize.hpp"
 #include "fit/misplaced.hpp"
 #include "fit/problem.hpp"
 #include "fit/schedule.hpp"
@@ -52,7 +53,26 @@ class Stages {
   const Checkpoint& checkpoint() const { return checkpoint_; }
 
  private:
+  /// What a stage minimises, in which variables, and how these are scaled.
+  struct Ready {
+    std::unique_ptr<Evaluator> evaluator;
+    Subspace subspace;
+    std::unique_ptr<Preconditioner> scaling;
+  };
+
   std::optional<StopReason> run_stage();
+  /// The first phase of a stage: draws its samples and moves the map to where it starts.
+  Ready prepared(const Level& level);
+  /// The second. Each evaluation is added to `state`, which the checkpoint keeps.
+  MinimizeResult minimized(const Ready& ready, const Level& level, FitState& state);
+  /// The third: finishes and measures the map. @param before where the fit stood.
+  StageReport report(const Level& level, const MinimizeResult& result, const FitState& before);
+
+  /// A stage's samples, with the weights that its level wants.
+  Samples drawn(const Level& level);
+  /// Moves factors where the level wants that. @return the numbers of those that were moved.
+  std::vector<std::size_t> relocate(Evaluator& evaluator, const Samples& samples,
+                                    const Level& level);
   /// Whether the last stage's IoU is the one asked for, or more.
   bool is_at_target() const {
     return options_.target_iou && !reports_.empty() && reports_.back().iou >= *options_.target_iou;
