@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "command_line.hpp"
-#include "map_options.hpp"
-#include "qjulia/picture.hpp"
+#include "view_options.hpp"
 
 namespace qjulia::tools {
 
@@ -17,10 +16,8 @@ struct Sweep {
   std::string name;  ///< the option's, without dashes
   std::vector<double> values;
 
-  /// Gives the option a value. @throws InputError for one that it cannot have.
-  void set(double value, MapOptions& map_options, PictureOptions& options) const;
-  /// Whether only the camera moves.
-  bool is_of_camera() const;
+  /// A view for each value. @param base what holds for all of them.
+  std::vector<View> views(const View& base) const;
 };
 
 /// What a user asks for: --sweep or --turntable.
@@ -33,18 +30,11 @@ struct SweepChoice {
 std::string sweep_names();
 
 /// The sweep with all its values checked; none where none is asked for.
-/// @param given the options of the map. @param camera those of the camera.
+/// @param base what holds for all pictures. @param camera the camera's options.
 /// @throws InputError where a value cannot be used, where the option has a value of its own too, or
 ///   where `input` is a mesh and the option a map's.
 std::optional<Sweep> wanted_sweep(const SweepChoice& wanted, const std::string& input,
-                                  const MapOptions& given, const std::vector<Option>& camera,
-                                  const PictureOptions& options);
-
-/// What a picture of a map depends on.
-struct View {
-  MapOptions map_options;
-  PictureOptions picture;
-};
+                                  const View& base, const std::vector<Option>& camera);
 
 /// The job of one picture of a sweep.
 /// @param job of the sweep. @param asked what holds for all its pictures. @param drawn what this
