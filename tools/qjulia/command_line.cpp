@@ -643,7 +643,10 @@ std::optional<int> CommandLine::find_command(std::vector<std::string>& words) co
     }
     if (words.size() > 1 && is_help(words[1])) return std::nullopt;
     for (const std::string& word : words) refuse_replaced(group->second, word);
-    if (!usual.empty() && (words.size() == 1 || words[1].starts_with('-'))) {
+    const std::string& input = group->second.usual_input;
+    const bool is_usual = words.size() == 1 || words[1].starts_with('-') ||
+                          (!input.empty() && words[1].ends_with(input));
+    if (!usual.empty() && is_usual) {
       words.insert(words.begin() + 1, usual);
     }
     const CLI::App* const member = find_command_in(*command, words[1]);

@@ -44,6 +44,8 @@ struct CommandGroup {
   std::string usual = {};  ///< the command that is meant where none is named; empty: none is
   /// Options that were commands' forerunners, with what stands in their place: {"--tune", "tune"}.
   std::map<std::string, std::string> replaced = {};
+  /// Where it is not empty, a word that ends so stands for the usual command's input.
+  std::string usual_input = {};
 };
 
 /// What CLI11 has no place for.

@@ -104,6 +104,7 @@ void add_paint(CommandLine& program, ChosenCommand& chosen);
 void add_portals(CommandLine& program, ChosenCommand& chosen);
 void add_surface(CommandLine& program, ChosenCommand& chosen);
 void add_render(CommandLine& program, ChosenCommand& chosen);
+void add_film(CommandLine& program, ChosenCommand& chosen);
 void add_sample(CommandLine& program, ChosenCommand& chosen);
 void add_compare(CommandLine& program, ChosenCommand& chosen);
 void add_convert(CommandLine& program, ChosenCommand& chosen);

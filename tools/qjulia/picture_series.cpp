@@ -79,12 +79,25 @@ std::string carried_map(const Scene& scene, const MapOptions& options, const Job
   return packed_map(map);
 }
 
+ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all) {
+  ProgressMonitor monitor = session.monitor();
+  monitor.on_progress = [&session, show = monitor.on_progress, done, all](Progress progress) {
+    if (!show) return;
+    progress.fraction = (static_cast<double>(done) + progress.fraction) / static_cast<double>(all);
+    progress.seconds_left =
+        session.seconds() * (1 - progress.fraction) / std::max(progress.fraction, 1e-6);
+    show(progress);
+  };
+  return monitor;
+}
+
 PictureSeries::PictureSeries(const Device& device, Scene scene, std::string input,
-                             std::vector<View> views, Session& session)
+                             std::vector<View> views, Job job, Session& session)
     : device_(device),
       scene_(std::move(scene)),
       input_(std::move(input)),
       views_(std::move(views)),
+      job_(std::move(job)),
       session_(session) {}
 
 bool PictureSeries::differs_in_camera_alone() const {
@@ -152,12 +165,32 @@ SeriesFrame PictureSeries::frame() {
   return *frame_;
 }
 
+SeriesFrame PictureSeries::frame_with_exposure() {
+  frame();
+  constexpr int kReduction = 4;
+  // The first picture may show nothing.
+  for (const std::size_t number : {std::size_t{0}, views_.size() / 2, views_.size() - 1}) {
+    if (frame_->exposure) break;
+    const PictureOptions& options = views_[number].picture;
+    Studio& metered = studio(views_[number]);
+    metered.resize(std::max(1, options.width / kReduction),
+                   std::max(1, options.height / kReduction));
+    const Image image = metered.picture(frame_->cameras[number], session_.monitor());
+    metered.resize(options.width, options.height);
+    if (image.covered > 0) frame_->exposure = metered.exposure();
+    studio_.reset();  // its light is that of a small picture
+  }
+  return *frame_;
+}
+
 PictureSeries::Picture PictureSeries::picture(std::size_t number, const View& base,
                                               bool carries_map, const ProgressMonitor& monitor) {
   frame();
   View view = views_.at(number);
   Studio& drawn = studio(view);
+  const std::optional<UpAxis> up = view.picture.camera.up;
   view.picture.camera = frame_->cameras[number];
+  view.picture.camera.up = up;
   view.picture.range = frame_->range;
   drawn.set_range(frame_->range);
   if (frame_->exposure) drawn.set_exposure(*frame_->exposure);
@@ -165,7 +198,7 @@ PictureSeries::Picture PictureSeries::picture(std::size_t number, const View& ba
       .image = drawn.picture(view.picture.camera, monitor), .view = view, .map = {}, .job = {}};
   if (!frame_->exposure && made.image.covered > 0) frame_->exposure = drawn.exposure();
   made.view.picture = as_drawn(view.picture, drawn);
-  made.job = frame_job(session_.job(), base, made.view);
+  made.job = frame_job(job_, base, made.view);
   if (carries_map) made.map = carried_map(shown_, view.map_options, made.job);
   return made;
 }

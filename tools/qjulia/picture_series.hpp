@@ -45,17 +45,24 @@ struct SeriesFrame {
   std::optional<double> exposure;  ///< stops; none: that of the first picture that shows something
 };
 
+/// Tells of a picture as a part of all, `done` of which came before it.
+ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all);
+
 /// Draws the pictures of a series, one after the other. A studio serves as long as nothing but the
 /// camera changes.
 class PictureSeries {
  public:
   /// @param input the file of the map or mesh. @param views one at least.
+  /// @param job of the whole series.
   PictureSeries(const Device& device, Scene scene, std::string input, std::vector<View> views,
-                Session& session);
+                Job job, Session& session);
 
   std::size_t size() const { return views_.size(); }
   /// Finds what the pictures have in common, from drafts of some of the views.
   SeriesFrame frame();
+  /// The same, with the exposure, which a small picture tells: so that it does not depend on which
+  /// pictures are drawn.
+  SeriesFrame frame_with_exposure();
   /// Takes it over from an earlier run.
   void use(SeriesFrame frame) { frame_ = std::move(frame); }
 
@@ -80,6 +87,7 @@ class PictureSeries {
   Scene scene_;
   std::string input_;
   std::vector<View> views_;
+  Job job_;
   Session& session_;
   std::optional<SeriesFrame> frame_;
   Scene shown_;

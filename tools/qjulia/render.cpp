@@ -99,19 +99,6 @@ std::vector<base::Output> outputs_of(const RenderArguments& arguments,
   return outputs;
 }
 
-/// Tells of a picture as a part of all, `done` of which came before it.
-ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all) {
-  ProgressMonitor monitor = session.monitor();
-  monitor.on_progress = [&session, show = monitor.on_progress, done, all](Progress progress) {
-    if (!show) return;
-    progress.fraction = (static_cast<double>(done) + progress.fraction) / static_cast<double>(all);
-    progress.seconds_left =
-        session.seconds() * (1 - progress.fraction) / std::max(progress.fraction, 1e-6);
-    show(progress);
-  };
-  return monitor;
-}
-
 /// What is drawn, and into which files.
 struct RenderPlan : Plan {
   View view;
@@ -135,7 +122,8 @@ int run_sweep(const RenderArguments& arguments, const RenderPlan& plan, Session&
   const Sweep& sweep = *plan.sweep;
   Scene scene = read_scene(arguments.input, session);
   const Device device = session.open_device(arguments.device);
-  PictureSeries series(device, std::move(scene), arguments.input, sweep.views(plan.view), session);
+  PictureSeries series(device, std::move(scene), arguments.input, sweep.views(plan.view),
+                       session.job(), session);
   std::vector<Image> frames;
   std::vector<std::string> files;
   const int reduction = sheet_reduction(plan.view.picture, series.size());

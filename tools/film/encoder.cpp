@@ -1,0 +1,77 @@
+#include "film/encoder.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "qjulia/file_types.hpp"
+
+namespace qjulia::film {
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// Players take widths and heights that are even alone, and colours by the matrix of HDTV.
+constexpr const char* kForPlayers =
+    "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv";
+const Words kBt709{"-colorspace", "bt709", "-color_primaries", "bt709",
+                   "-color_trc",  "bt709", "-color_range",     "tv"};
+
+Words with_colors(Words words) {
+  words.insert(words.end(), kBt709.begin(), kBt709.end());
+  return words;
+}
+
+/// The words of each type, after the input's.
+Words words_of_type(const std::string& type, bool is_transparent) {
+  if (type == ".mp4") {
+    return with_colors({"-vf", kForPlayers, "-c:v", "libx264", "-preset", "slow", "-crf", "17",
+                        "-pix_fmt", "yuv420p", "-movflags", "+faststart"});
+  }
+  if (type == ".webm" && is_transparent) {
+    return {"-c:v", "libvpx-vp9", "-crf", "20", "-b:v", "0", "-pix_fmt", "yuva420p"};
+  }
+  if (type == ".webm") {
+    return with_colors({"-vf", kForPlayers, "-c:v", "libsvtav1", "-crf", "26", "-preset", "6",
+                        "-pix_fmt", "yuv420p10le"});
+  }
+  if (type == ".webp") {
+    return {"-c:v", "libwebp_anim", "-lossless", "0", "-q:v", "85", "-loop", "0"};
+  }
+  if (type == ".gif") {
+    return {"-filter_complex",
+            "split[a][b];[a]palettegen=stats_mode=full[p];[b][p]paletteuse=dither=sierra2_4a",
+            "-loop", "0"};
+  }
+  return {"-f", "apng", "-plays", "0"};
+}
+
+}  // namespace
+
+const std::vector<std::string>& film_types() {
+  static const std::vector<std::string> all{".mp4", ".webm", ".webp", ".gif", ".apng"};
+  return all;
+}
+
+std::string frame_name(std::size_t number) { return fmt::format("frame_{:04}.png", number); }
+
+std::vector<std::string> encoder_words(const Encoding& encoding) {
+  Words words{"ffmpeg",
+              "-hide_banner",
+              "-loglevel",
+              "error",
+              "-y",
+              "-framerate",
+              fmt::format("{}", encoding.rate),
+              "-i",
+              (encoding.frames / "frame_%04d.png").string()};
+  const Words own = words_of_type(extension_of(encoding.output), encoding.is_transparent);
+  words.insert(words.end(), own.begin(), own.end());
+  if (!encoding.note.empty()) {
+    words.insert(words.end(), {"-metadata", "comment=" + encoding.note});
+  }
+  words.push_back(encoding.output.string());
+  return words;
+}
+
+}  // namespace qjulia::film

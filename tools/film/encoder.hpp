@@ -1,0 +1,27 @@
+#pragma once
+/// How FFmpeg makes a film of numbered pictures.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace qjulia::film {
+
+/// The types of films, such as ".mp4".
+const std::vector<std::string>& film_types();
+
+struct Encoding {
+  std::filesystem::path frames;  ///< a folder of frame_0001.png and on
+  std::filesystem::path output;  ///< of one of the types
+  double rate = 25;              ///< pictures a second
+  bool is_transparent = false;   ///< keep what shows through, where the type can
+  std::string note{};            ///< of how it was made, kept as a comment
+};
+
+/// The words of the command, "ffmpeg" first. https://ffmpeg.org/ffmpeg.html
+std::vector<std::string> encoder_words(const Encoding& encoding);
+
+/// "frame_0001.png".
+std::string frame_name(std::size_t number);
+
+}  // namespace qjulia::film

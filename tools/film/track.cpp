@@ -1,0 +1,176 @@
+#include "film/track.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "qjulia/error.hpp"
+
+namespace qjulia::film {
+namespace {
+
+template <class Enumeration, std::size_t Count>
+Enumeration named(std::string_view word, const std::array<const char*, Count>& words) {
+  const auto found = std::ranges::find(words, word);
+  if (found == words.end()) {
+    throw InputError(fmt::format("'{}' is none of {}", word, fmt::join(words, ", ")));
+  }
+  return static_cast<Enumeration>(found - words.begin());
+}
+
+using Vector = Eigen::Map<const Eigen::VectorXd>;
+
+Vector vector_of(const std::vector<double>& value) {
+  return {value.data(), static_cast<Eigen::Index>(value.size())};
+}
+
+/// Along the shortest turn between two versors.
+std::vector<double> turned(const std::vector<double>& from, const std::vector<double>& to,
+                           double way) {
+  const Eigen::VectorXd a = vector_of(from).normalized();
+  Eigen::VectorXd b = vector_of(to).normalized();
+  if (a.dot(b) < 0) b = -b;
+  const double angle = std::acos(std::min(1.0, a.dot(b)));
+  constexpr double kSmall = 1e-6;  // there a straight line is as good
+  const double left = angle < kSmall ? 1 - way : std::sin((1 - way) * angle) / std::sin(angle);
+  const double right = angle < kSmall ? way : std::sin(way * angle) / std::sin(angle);
+  const Eigen::VectorXd between = (left * a + right * b).normalized();
+  return {between.begin(), between.end()};
+}
+
+}  // namespace
+
+Step step_named(std::string_view word) {
+  return named<Step>(word, std::array{"hold", "linear", "ease", "spline"});
+}
+
+Loop loop_named(std::string_view word) {
+  return named<Loop>(word, std::array{"hold", "cycle", "ping-pong", "offset"});
+}
+
+Track::Track(std::vector<Key> keys, Interpolation interpolation, Loop loop)
+    : keys_(std::move(keys)), interpolation_(interpolation), loop_(loop) {
+  if (keys_.empty()) throw InputError("it has no keys");
+  std::ranges::stable_sort(keys_, {}, &Key::time);
+  const auto same = std::ranges::adjacent_find(keys_, {}, &Key::time);
+  if (same != keys_.end()) {
+    throw InputError(fmt::format("it has two keys at {} seconds", same->time));
+  }
+  for (Key& key : keys_) {
+    const bool is_usable =
+        key.value.size() == keys_.front().value.size() &&
+        std::ranges::all_of(key.value, [](double v) { return std::isfinite(v); });
+    if (!is_usable) throw InputError(fmt::format("its value at {} seconds is of no use", key.time));
+    if (interpolation_ == Interpolation::rotation && !(vector_of(key.value).norm() > 0)) {
+      throw InputError(fmt::format("its value at {} seconds is zero, which is no turn", key.time));
+    }
+    if (interpolation_ != Interpolation::logarithmic) continue;
+    for (double& number : key.value) {
+      if (!(number > 0)) {
+        throw InputError(fmt::format("its value at {} seconds must be above 0", key.time));
+      }
+      number = std::log(number);
+    }
+  }
+}
+
+double Track::looped(double time) const {
+  const double begin = keys_.front().time, length = keys_.back().time - begin;
+  if (length == 0 || loop_ == Loop::hold) return time;
+  const double turns = std::floor((time - begin) / length);
+  const double within = time - turns * length;
+  const bool is_back = loop_ == Loop::ping_pong && std::fmod(std::abs(turns), 2.0) == 1;
+  return is_back ? 2 * begin + length - within : within;
+}
+
+std::vector<double> Track::at(double time, const Track& zoom) const {
+  const double within = looped(time);
+  const auto after = std::ranges::upper_bound(keys_, within, {}, &Key::time);
+  if (after == keys_.begin() || after == keys_.end() || loop_ == Loop::offset) return at(time);
+  const Key& key = *std::prev(after);
+  const double from = 1 / zoom.at(key.time).front(), to = 1 / zoom.at(after->time).front();
+  constexpr double kLeastChange = 1.01;
+  if (key.step == Step::hold || std::max(from / to, to / from) < kLeastChange) return at(time);
+  const double way = (1 / zoom.at(within).front() - from) / (to - from);
+  std::vector<double> value;
+  for (std::size_t i = 0; i < key.value.size(); ++i) {
+    value.push_back(std::lerp(key.value[i], after->value[i], way));
+  }
+  return value;
+}
+
+std::vector<double> Track::at(double time) const {
+  const double length = keys_.back().time - keys_.front().time;
+  std::vector<double> value = between_keys(looped(time));
+  const bool goes_on = loop_ == Loop::offset && length > 0;
+  const double turns = goes_on ? std::floor((time - keys_.front().time) / length) : 0;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    value[i] += turns * (keys_.back().value[i] - keys_.front().value[i]);
+    if (interpolation_ == Interpolation::logarithmic) value[i] = std::exp(value[i]);
+  }
+  return value;
+}
+
+std::vector<double> Track::between_keys(double time) const {
+  const auto after = std::ranges::upper_bound(keys_, time, {}, &Key::time);
+  if (after == keys_.begin()) return keys_.front().value;
+  const Key& key = *std::prev(after);
+  if (after == keys_.end() || key.step == Step::hold || interpolation_ == Interpolation::none) {
+    return key.value;
+  }
+  const double length = after->time - key.time, t = (time - key.time) / length;
+  const double eased = t * t * (3 - 2 * t);
+  if (interpolation_ == Interpolation::rotation) {
+    return turned(key.value, after->value, key.step == Step::linear ? t : eased);
+  }
+  const auto number = static_cast<std::size_t>(after - keys_.begin());
+  std::vector<double> value;
+  for (std::size_t i = 0; i < key.value.size(); ++i) {
+    const double from = key.value[i], to = after->value[i];
+    if (key.step != Step::spline) {
+      value.push_back(std::lerp(from, to, key.step == Step::ease ? eased : t));
+      continue;
+    }
+    // The cubic of Hermite with these slopes.
+    const double left = length * slope(number - 1, i), right = length * slope(number, i);
+    value.push_back(from + t * left + t * t * (3 * (to - from) - 2 * left - right) +
+                    t * t * t * (2 * (from - to) + left + right));
+  }
+  return value;
+}
+
+/// Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984): monotone where the keys are, so that
+/// nothing overshoots. At the ends the parabola through three keys, so that motion does not end
+/// flat.
+double Track::slope(std::size_t key, std::size_t number) const {
+  const auto rise = [&](std::size_t k) {
+    return (keys_[k + 1].value[number] - keys_[k].value[number]) /
+           (keys_[k + 1].time - keys_[k].time);
+  };
+  const auto span = [&](std::size_t k) { return keys_[k + 1].time - keys_[k].time; };
+  const std::size_t last = keys_.size() - 1;
+  if (last == 1) return rise(0);
+  if (key > 0 && key < last) {
+    const double before = rise(key - 1), after = rise(key);
+    if (before * after <= 0) return 0;
+    const double a = span(key - 1) + 2 * span(key), b = 2 * span(key - 1) + span(key);
+    return (a + b) / (b / before + a / after);
+  }
+  const bool is_first = key == 0;
+  const double near = is_first ? rise(0) : rise(last - 1);
+  const double far = is_first ? rise(1) : rise(last - 2);
+  const double near_span = is_first ? span(0) : span(last - 1);
+  const double far_span = is_first ? span(1) : span(last - 2);
+  const double end = near + (near - far) * near_span / (near_span + far_span);
+  // Steeper than three times the rise would overshoot, and against it would turn back.
+  if (end * near <= 0) return 0;
+  return std::abs(end) > 3 * std::abs(near) ? 3 * near : end;
+}
+
+}  // namespace qjulia::film
