@@ -190,6 +190,7 @@ UNSEEN = {
     "--layout": "a CPU's own layout, in which all its kernels are built already",
     "--trust-device": "only GPUs are tested before their first use",
     "compare --detail": "on a grid this coarse its figures stay the same",
+    "film make --keep-frames": "system.film has an encoder for it",
     "surface --dense": "by its help the mesh stays the same",
     "surface --largest-component": "these sets have one component",
     "surface --min-component": "these sets have one component",
@@ -325,6 +326,17 @@ RUNS = {
         Run("f.qjulia.json", {"--output": "t.png", "--size": "16x12", "--turntable": "2"},
             {"--turntable": makes("t_002.png")}),
     ],
+    "film make": [
+        Run("film.toml", {"--output": "film", "--seconds": "1", "--frames": "1:1", "--keep-frames": None},
+            {"--seconds": lambda done, value: done.json["pictures"] == 1,
+             "--frames": lambda done, value: not done.path("film/frame_0002.png").exists()}),
+    ],
+    "film sheet": [
+        Run("film.toml", {"--output": "sheet.png", "--pictures": "2", "--seconds": "1"},
+            {"--pictures": lambda done, value: done.json["pictures"] == 2,
+             "--seconds": lambda done, value: done.json["film_pictures"] == 2}),
+    ],
+    "film template": [Run("dive", {"--output": "dive.toml"}, {"--output": makes("dive.toml")})],
     "sample": [
         Run("f.qjulia.json", {"--output": "k.npy", "--resolution": "8"},
             {"--resolution": lambda done, value: max(done.json["cells"]) == 8}),
@@ -691,6 +703,9 @@ class Bench:
         rows += [f"3 {a} {b} {c}" for a, b, c in faces]
         job = {"command": "shape", "options": {"mesh": Path(self.mesh).name, "resolution": 32}}
         (self.folder / "shape.json").write_text(json.dumps({**job, "fnv1a64": {"mesh": "0" * 16}}))
+        (self.folder / "film.toml").write_text(
+            '[film]\nmap = "f.qjulia.json"\nseconds = 2\nrate = 2\n[options]\nsize = "16x12"\nsamples = 1\n'
+            "[[key]]\nat = 0\nazimuth = 0\n[[key]]\nat = 2\nazimuth = 90\n")
         (self.folder / "shares.ply").write_text("\n".join(header + rows) + "\n")
         self.write_manifest()
 
