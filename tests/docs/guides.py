@@ -18,7 +18,7 @@ MARK = re.compile(r"<!-- run: (skip|file) ?(.*?) -->")
 TOML = re.compile(r"```toml\n(.*?)```", re.DOTALL)
 # What stands for `qjulia` in a test: smaller work, the same options otherwise.
 STAND_IN = '''#!/usr/bin/python3
-import os, sys
+import os, pathlib, shutil, sys
 arguments = sys.argv[1:]
 def put(option, value, always=False):
     if option in arguments:
@@ -41,6 +41,12 @@ if command == "shape":
     put("--resolution", "64", True)
 if command == "profile" and arguments[1] in ("measure", "against", "tune", "grid"):
     arguments.extend(["--sample-points", "2000", "--factors", "32"])
+if command == "film" and arguments[1].endswith(".toml") or arguments[1:2] == ["sheet"]:
+    put("--seconds", "0.1", True)
+    script = pathlib.Path(next(word for word in arguments if word.endswith(".toml")))
+    script.write_text(script.read_text().replace("960x720", "32x24"))
+    if not shutil.which("ffmpeg") and "-o" in arguments:
+        put("-o", "frames")
 os.execv({program!r}, ["qjulia", *arguments])
 '''
 

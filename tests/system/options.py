@@ -197,6 +197,7 @@ UNSEEN = {
     "surface --keep-loose": "these sets have no loose pieces",
     "info --verbose": "text alone has more to say, and all runs are for --json",
     "devices --verbose": "text alone has more to say, and all runs are for --json",
+    "film template --verbose": "a text has no more to say",
     "doctor --verbose": "it says all that it does",
     "profile measure --time-limit": "there is time for all",
     "profile measure --factors": "the map's are measured",

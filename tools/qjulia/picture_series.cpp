@@ -120,7 +120,7 @@ Studio& PictureSeries::studio(const View& view) {
 SeriesFrame PictureSeries::frame_of_camera() {
   const PictureOptions& options = views_.front().picture;
   Studio& seen = studio(views_.front());
-  SeriesFrame frame{seen.aimed(cameras_of(views_)), options.range, options.exposure};
+  SeriesFrame frame{seen.aimed(cameras_of(views_)), options.range, {}};
   if (has_range(options) && !options.range) {
     frame.range = range_over(seen.shown(frame.cameras), options.material);
   }
@@ -131,7 +131,7 @@ SeriesFrame PictureSeries::frame_of_maps() {
   constexpr std::size_t kMostDrafts = 48;
   const TraceStage stage(session_.trace(), "series");
   const PictureOptions& first = views_.front().picture;
-  SeriesFrame frame{cameras_of(views_), first.range, first.exposure};
+  SeriesFrame frame{cameras_of(views_), first.range, {}};
   const bool is_placed = std::ranges::all_of(
       frame.cameras, [](const Camera& camera) { return camera.look_at && camera.distance; });
   const bool needs_range = has_range(first) && !first.range;
@@ -170,8 +170,8 @@ SeriesFrame PictureSeries::frame_with_exposure() {
   constexpr int kReduction = 4;
   // The first picture may show nothing.
   for (const std::size_t number : {std::size_t{0}, views_.size() / 2, views_.size() - 1}) {
-    if (frame_->exposure) break;
     const PictureOptions& options = views_[number].picture;
+    if (frame_->exposure || options.exposure) break;
     Studio& metered = studio(views_[number]);
     metered.resize(std::max(1, options.width / kReduction),
                    std::max(1, options.height / kReduction));
@@ -193,10 +193,12 @@ PictureSeries::Picture PictureSeries::picture(std::size_t number, const View& ba
   view.picture.camera.up = up;
   view.picture.range = frame_->range;
   drawn.set_range(frame_->range);
-  if (frame_->exposure) drawn.set_exposure(*frame_->exposure);
+  const bool has_own_exposure = view.picture.exposure.has_value();
+  if (!has_own_exposure && frame_->exposure) drawn.set_exposure(*frame_->exposure);
   Picture made{
       .image = drawn.picture(view.picture.camera, monitor), .view = view, .map = {}, .job = {}};
-  if (!frame_->exposure && made.image.covered > 0) frame_->exposure = drawn.exposure();
+  if (!has_own_exposure && !frame_->exposure && made.image.covered > 0)
+    frame_->exposure = drawn.exposure();
   made.view.picture = as_drawn(view.picture, drawn);
   made.job = frame_job(job_, base, made.view);
   if (carries_map) made.map = carried_map(shown_, view.map_options, made.job);

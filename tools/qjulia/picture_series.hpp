@@ -42,7 +42,9 @@ std::string carried_map(const Scene& scene, const MapOptions& options, const Job
 struct SeriesFrame {
   std::vector<Camera> cameras;         ///< one for each view
   std::optional<MaterialRange> range;  ///< that the palette is spread over
-  std::optional<double> exposure;  ///< stops; none: that of the first picture that shows something
+  /// Stops, of views that have none of their own; none: that of the first picture that shows
+  /// something.
+  std::optional<double> exposure;
 };
 
 /// Tells of a picture as a part of all, `done` of which came before it.
