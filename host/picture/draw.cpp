@@ -1,0 +1,364 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "layout/picture_layout.h"
+#include "picture/depth_grid.hpp"
+#include "picture/lens.hpp"
+#include "picture/near_shadow.hpp"
+#include "picture/studio.hpp"
+#include "qjulia/error.hpp"
+
+namespace qjulia {
+
+using namespace picture;
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kHalo = 2;               ///< rows of samples that normals look beyond a strip
+constexpr int kStripSamples = 400000;  ///< keeps memory small and launches short
+constexpr int kFloorMap = 256;         ///< texels a side at full fineness
+/// A draft has fewer sky lights, and coarser lamps.
+constexpr int kSkyLights = 64, kDraftSkyLights = 16;
+constexpr double kDraftLamps = 0.5;
+/// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
+constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kDepthGridCost = 3e5;
+/// Views through a lens for each sample of a pixel.
+constexpr int kLensViews = 16;
+/// What radiance is multiplied by at an exposure of 0.
+constexpr double kBaseExposure = 0.62;
+
+/// The lowest point of the shape along `up`.
+double lowest(DepthSource& source, const Vector3d& up, double fineness) {
+  const Box bounds = source.bounds();
+  const View view = parallel_view(-up, bounds, static_cast<int>(std::lround(kFloorMap * fineness)));
+  double nearest = bounds.size().dot(up.cwiseAbs());
+  for (const float depth : source.depths(view, 0, view.rows)) {
+    if (depth >= 0) nearest = std::min(nearest, static_cast<double>(depth));
+  }
+  return view.eye.dot(up) + nearest;
+}
+
+/// What rows of a view see, point by point.
+struct SeenPoints {
+  std::vector<Vector3d> skin, faces;                    ///< of the set, and of cuts through it
+  std::vector<std::size_t> skin_numbers, face_numbers;  ///< of their depths
+};
+
+/// @param depths of the view's rows from `first_row` on. @param part what cuts leave, if any.
+SeenPoints seen_points(const View& view, int first_row, std::span<const float> depths,
+                       const std::optional<Box>& part) {
+  // Depths in single precision that differ by less than this share may be equal.
+  constexpr double kRounding = 1e-5;
+  SeenPoints seen;
+  const auto wide = static_cast<std::size_t>(view.columns);
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (depths[i] < 0) continue;
+    const int column = static_cast<int>(i % wide), row = first_row + static_cast<int>(i / wide);
+    const double depth = double{depths[i]};
+    const Vector3d point = view.at(column + 0.5, row + 0.5, depth);
+    const double near = std::max(view.tolerance, kRounding * depth);
+    const bool is_on_face = part && (((point - part->low).array().abs() < near).any() ||
+                                     ((point - part->high).array().abs() < near).any());
+    (is_on_face ? seen.faces : seen.skin).push_back(point);
+    (is_on_face ? seen.face_numbers : seen.skin_numbers).push_back(i);
+  }
+  return seen;
+}
+
+/// Values of the material at points that stand for balls as wide as a pixel.
+std::vector<float> traits_at(DepthSource& source, const Coloring& coloring,
+                             const std::vector<Vector3d>& points, double pixel) {
+  return material_traits([&](const auto& p, auto widths) { return source.traits(p, widths); },
+                         coloring, points, std::span(&pixel, 1));
+}
+
+/// What the strip's pixels show, added to `layers`.
+void add_layers(const View& view, const Strip& strip, const std::vector<float>& normals,
+                const ShapeToMap& to_scene, PictureLayers& layers) {
+  const int columns = view.columns / strip.samples;
+  for (int row = 0; row < strip.rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const int i = column * strip.samples + strip.samples / 2;
+      const int j = row * strip.samples + strip.samples / 2;
+      const std::size_t sample = index(i, j + strip.halo, view.columns);
+      const float depth = strip.depths[sample];
+      if (depth < 0) {
+        layers.depth.push_back(std::numeric_limits<float>::infinity());
+        layers.normal.insert(layers.normal.end(), 3, 0.0F);
+        layers.position.insert(layers.position.end(), 3, std::numeric_limits<float>::quiet_NaN());
+        continue;
+      }
+      const double x = i + 0.5, y = strip.first_row * strip.samples + j + 0.5;
+      const Vector3d point = to_scene.to_shape(view.at(x, y, double{depth}));
+      layers.depth.push_back(depth / static_cast<float>(to_scene.scale));
+      const auto normal = normals.begin() + static_cast<std::ptrdiff_t>(3 * sample);
+      layers.normal.insert(layers.normal.end(), normal, normal + 3);
+      for (const double c : point) layers.position.push_back(static_cast<float>(c));
+    }
+  }
+}
+
+/// Pixels of the strip that have a sample on the surface.
+std::size_t covered_pixels(const View& view, const Strip& strip) {
+  const int columns = view.columns / strip.samples;
+  std::vector<bool> covered(index(0, strip.rows, columns));
+  for (int j = 0; j < strip.rows * strip.samples; ++j) {
+    for (int i = 0; i < columns * strip.samples; ++i) {
+      if (strip.depths[index(i, j + strip.halo, view.columns)] < 0) continue;
+      covered[index(i / strip.samples, j / strip.samples, columns)] = true;
+    }
+  }
+  return static_cast<std::size_t>(std::ranges::count(covered, true));
+}
+
+double cost(const View& view) {
+  const double of_ray = view.coarse_will_do ? kCoarseCost : view.samples > 1 ? kSampleCost : 1;
+  return double(view.columns) * view.rows * of_ray;
+}
+
+/// Some of the view's rays. What they show is as fine as the view's pixels.
+View with_fewer_rays(const View& view, double rays) {
+  View few = view;
+  const double pixels = static_cast<double>(view.columns) * view.rows / rays;
+  few.samples = std::clamp(static_cast<int>(std::lround(std::sqrt(pixels))), 1,
+                           std::min(view.columns, view.rows));
+  few = few.coarse();
+  few.footprint = view.footprint * view.samples;
+  few.tolerance = view.tolerance;
+  return few;
+}
+
+}  // namespace
+
+/// In the unit of `cost`.
+struct Studio::Impl::Work {
+  const ProgressMonitor& monitor;
+  double all;
+  double done = 0;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+
+  /// Reports progress. @throws Interrupted
+  void did(double more) {
+    throw_if_stopped(monitor.stop);
+    done += more;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    monitor.report(
+        {"rendering", done / all, taken.count() * (all - done) / std::max(done, 1.0), {}});
+  }
+};
+
+Studio::Impl::Sampled Studio::Impl::sampled(const View& view, double rays) {
+  const View few = with_fewer_rays(view, rays);
+  source->depths(view, 0, 1);
+  return {few, source->depths(few, 0, few.rows)};
+}
+
+double Studio::Impl::metered(const View& view, const Shading& shading) {
+  // What the studio's rig gives a ball.
+  constexpr float kStudioLight = 1.54F;
+  constexpr double kBrightShare = 0.85, kLeastLight = 1e-4;
+  auto [few, depths] = sampled(view, kShownRays);
+  few.footprint = view.footprint * view.columns / few.columns;  // normals look from ray to ray
+  const Strip strip{.rows = few.rows, .samples = 1, .depths = std::move(depths)};
+  std::vector<float> light = shading.incident(few, strip);
+  if (light.empty()) return 0;
+  const auto place =
+      static_cast<std::ptrdiff_t>(kBrightShare * static_cast<double>(light.size() - 1));
+  std::ranges::nth_element(light, light.begin() + place);
+  return std::log2(kStudioLight /
+                   std::max(double{light[static_cast<std::size_t>(place)]}, kLeastLight));
+}
+
+std::vector<float> Studio::Impl::shown(const View& view, double rays) {
+  const auto [few, depths] = sampled(view, rays);
+  return traits_at(*source, coloring, seen_points(few, 0, depths, faces()).skin, few.footprint);
+}
+
+std::vector<float> Studio::Impl::traits_of(const View& view, const Strip& strip) const {
+  constexpr float kPlainClay = -1;
+  if (!has_material() && !faces()) return {};
+  const int first_row = strip.first_row * strip.samples - strip.halo;
+  const SeenPoints seen = seen_points(view, first_row, strip.depths, faces());
+  std::vector<float> traits(strip.depths.size(), kPlainClay);
+  if (has_material()) {
+    const std::vector<float> found =
+        traits_at(*source, coloring, seen.skin, view.footprint * view.samples);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      traits[seen.skin_numbers[i]] = static_cast<float>(share_of(range, double{found[i]}));
+    }
+  }
+  if (seen.faces.empty()) return traits;
+  const std::vector<float> ways = source->ways_inside(seen.faces);
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    const auto stratum = static_cast<float>(stratum_at(double{ways[i]} / framed.diagonal()));
+    traits[seen.face_numbers[i]] = has_material() ? stratum : -std::lerp(0.3F, 1.1F, stratum);
+  }
+  return traits;
+}
+
+void Studio::Impl::light_sky(Work& work) {
+  const TraceStage stage(work.monitor.trace, "sky");
+  for (Light& light : sky) {
+    take_depths(light);
+    work.did(cost(light.view));
+  }
+  ground = lowest(*source, direction(*options.camera.up), fineness);
+  ground_light =
+      options.ground ? picture::ground_light(device, scene(), sky, fineness) : GroundLight{};
+  up = options.camera.up;
+}
+
+Strip Studio::Impl::seen_strip(const View& view, SpecklessDepths& depths,
+                               std::span<const Light> lamps, int row, int rows) const {
+  const int samples = view.samples;
+  // Near shadows look at the middles of the pixels beyond it, and a sample around each.
+  const int halo = std::max(kHalo, samples / 2 + 2);
+  const int from = std::max(0, row * samples - halo);
+  const int to = std::min(view.rows, (row + rows) * samples + halo);
+  Strip strip{.first_row = row, .rows = rows, .samples = samples, .halo = row * samples - from};
+  strip.depths = depths.rows(from, to - from);
+  if (!lamps.empty()) {
+    strip.near_shadow = near_shadow(*source, view, lamps.front(), strip);
+    strip.narrowest_penumbra = narrowest_penumbra(view, lamps.front());
+  }
+  return strip;
+}
+
+void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamps,
+                        const Shading& shading, bool with_layers, Work& work,
+                        LayeredImage& picture) const {
+  Image& image = picture.image;
+  const View& first = views.front();
+  const int strip_rows = std::max(1, kStripSamples / (first.columns * first.samples));
+  const auto share = 1 / static_cast<float>(views.size());
+  std::vector<SpecklessDepths> depths;
+  depths.reserve(views.size());
+  for (const View& view : views) {
+    depths.emplace_back(*source, view, SpecklessDepths::kSlab / views.size());
+  }
+  for (int row = 0; row < image.height; row += strip_rows) {
+    const int rows = std::min(strip_rows, image.height - row);
+    std::vector<float> pixels(QJ_PIXEL_SIZE * index(0, rows, image.width));
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const View& view = views[i];
+      Strip strip;
+      {
+        const TraceStage stage(work.monitor.trace, "rays");
+        strip = seen_strip(view, depths[i], lamps, row, rows);
+      }
+      strip.traits = traits_of(view, strip);
+      throw_if_stopped(work.monitor.stop);
+      const TraceStage stage(work.monitor.trace, "shade");
+      const Shaded shaded = shading.shade(view, strip, with_layers && i == 0);
+      std::ranges::transform(pixels, shaded.pixels, pixels.begin(),
+                             [&](float sum, float value) { return sum + share * value; });
+      if (i == 0) {
+        image.covered += covered_pixels(view, strip);
+        if (with_layers) add_layers(view, strip, shaded.normals, to_scene, picture.layers);
+      }
+      work.did(cost(view) * rows / image.height);
+    }
+    const Developed shown = shading.develop(pixels, row, image.width, image.height,
+                                            kBaseExposure * std::exp2(exposure));
+    image.pixels.insert(image.pixels.end(), shown.pixels.begin(), shown.pixels.end());
+    if (options.background.kind == Backdrop::transparent) {
+      image.alpha.insert(image.alpha.end(), shown.alpha.begin(), shown.alpha.end());
+    }
+  }
+}
+
+std::vector<View> Studio::Impl::views_of(const Camera& camera) {
+  const int samples = options.samples;
+  const View view = view_of(camera);
+  if (camera.aperture == 0) return {view};
+  const View pixels = view.coarse();
+  const double focus = camera.focus ? distance_along_axis(pixels, to_scene.to_map(*camera.focus))
+                                    : distance_in_focus(pixels);
+  if (!(focus > 0)) throw OptionError("focus", "it lies behind the camera");
+  return lens_views(pixels, camera.aperture, focus, kLensViews * samples * samples);
+}
+
+double Studio::Impl::distance_in_focus(const View& view) {
+  const auto [few, depths] = sampled(view, kShownRays);
+  double nearest = std::numeric_limits<double>::infinity();
+  Vector3d seen = framed.center();
+  for (int row = 0; row < few.rows; ++row) {
+    for (int column = 0; column < few.columns; ++column) {
+      const float depth = depths[index(column, row, few.columns)];
+      const double x = column + 0.5, y = row + 0.5;
+      const double away = std::hypot(x - 0.5 * few.columns, y - 0.5 * few.rows);
+      if (depth < 0 || away >= nearest) continue;
+      nearest = away;
+      seen = few.at(x, y, double{depth});
+    }
+  }
+  return distance_along_axis(view, seen);
+}
+
+LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_layers) {
+  source->stop_with(monitor.stop.stop_possible() ? monitor.stop : stop);
+  options.camera = aimed(std::span(&options.camera, 1), {}).front();
+  const Camera& camera = options.camera;
+  const View view = view_of(camera);
+  rig = options.light.whole();
+  std::vector<Light> lamps =
+      lamp_lights(rig, camera, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
+  double cost_of_lamps = 0;
+  for (const Light& lamp : lamps) cost_of_lamps += cost(lamp.view);
+  const bool is_first = up != camera.up;
+  Work work{monitor, cost(view) + cost_of_lamps};
+  if (is_first) {
+    up.reset();  // a stop may come before all is there
+    sky = sky_lights(rig, *camera.up, source->bounds(), fineness,
+                     is_draft ? kDraftSkyLights : kSkyLights);
+    work.all += kDepthGridCost;
+    for (const Light& light : sky) work.all += cost(light.view);
+  }
+
+  // The finest view first: what is computed for it serves the others.
+  {
+    const TraceStage stage(monitor.trace, "lattice");
+    source->prepare(view);
+  }
+  // A stage of no length, which puts the report into the trace.
+  if (const std::string report = to_text(source->lookups()); !report.empty()) {
+    const TraceStage stage(monitor.trace, report);
+  }
+  if (is_first) {
+    work.did(kDepthGridCost);
+    light_sky(work);
+  }
+  {
+    const TraceStage stage(monitor.trace, "lamps");
+    for (Light& lamp : lamps) {
+      if (&lamp == &lamps.front()) {
+        lamp.depths = speckless_depths(*source, lamp.view);
+      } else {
+        take_depths(lamp);
+      }
+      work.did(cost(lamp.view));
+    }
+  }
+  if (has_material()) {
+    range = options.range ? *options.range : range_over(shown(view, kShownRays), options.material);
+  }
+  const Shading shading(device, scene(), ground_light, lamps, sky);
+  exposure = options.exposure ? *options.exposure : metered(view, shading);
+
+  LayeredImage picture{.image = {options.width, options.height, {}}, .layers = {}};
+  Image& image = picture.image;
+  image.loose = source->loose_pieces();
+  image.loose.volume /= std::pow(to_scene.scale, 3);
+  image.pixels.reserve(3 * index(0, image.height, image.width));
+  const std::vector<View> views = views_of(camera);
+  work.all += static_cast<double>(views.size()) * cost(views.front()) - cost(view);
+  draw(views, lamps, shading, with_layers, work, picture);
+  return picture;
+}
+
+}  // namespace qjulia
