@@ -18,7 +18,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples/schedules DESTINATION ${CMAKE_I
         COMPONENT command FILES_MATCHING PATTERN *.toml)
 install(FILES ${QJULIA_ADDON} DESTINATION ${CMAKE_INSTALL_DATADIR}/qjulia/blender COMPONENT command)
 
-# The field's part of the library has packages of its own, which need none of OpenMesh, Expat, PNG and cairo.
+# The field's part of the library has packages of its own, which need none of OpenMesh, Expat, PNG, OpenEXR and cairo.
 install(TARGETS libqjulia_field EXPORT qjulia_field_targets ARCHIVE COMPONENT field_dev)
 install(TARGETS libqjulia_field_shared EXPORT qjulia_field_shared_targets
         LIBRARY COMPONENT field_runtime NAMELINK_COMPONENT field_dev)
@@ -75,7 +75,7 @@ install_pkg_config(qjulia-mesh dev qjulia_mesh "Meshes of qjulia's maps, and map
 install_pkg_config(qjulia-fit dev qjulia_fit "Fits the maps of qjulia to meshes"
   REQUIRES "qjulia-mesh ${same}" PRIVATE fmt LIBS -pthread)
 install_pkg_config(qjulia-picture dev qjulia_picture "Pictures of qjulia's maps"
-  REQUIRES "qjulia-mesh ${same}" PRIVATE libpng cairo fmt)
+  REQUIRES "qjulia-mesh ${same}" PRIVATE libpng OpenEXR cairo fmt)
 install_pkg_config(qjulia dev qjulia ${PROJECT_DESCRIPTION}
   REQUIRES "qjulia-fit ${same}" "qjulia-picture ${same}" PRIVATE fmt LIBS -pthread)
 

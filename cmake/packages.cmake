@@ -60,7 +60,7 @@ set(CPACK_DEBIAN_FIELD_DEV_PACKAGE_SUGGESTS "qjulia-doc")
 # The parts call each other's inner functions, so that all are of one version.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "${package_of_field_runtime} ${exactly}")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${package_of_runtime} ${exactly}, \
-${package_of_field_dev} ${exactly}, libopenmesh-dev, libexpat1-dev, libpng-dev, libcairo2-dev, \
+${package_of_field_dev} ${exactly}, libopenmesh-dev, libexpat1-dev, libpng-dev, libopenexr-dev, libcairo2-dev, \
 pkgconf")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "qjulia-doc, liblbfgspp-dev")
 set(CPACK_DEBIAN_DOC_PACKAGE_ARCHITECTURE all)

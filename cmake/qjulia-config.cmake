@@ -1,8 +1,8 @@
 # find_package(qjulia) gives all of the library:
-#   qjulia::field         evaluates maps; it needs none of OpenMesh, Expat, PNG and cairo
+#   qjulia::field         evaluates maps; it needs none of OpenMesh, Expat, PNG, OpenEXR and cairo
 #   qjulia::mesh          meshes of maps, and exact maps of meshes; it also needs OpenMesh and Expat
 #   qjulia::fit           fits maps to meshes; it has the dependencies of qjulia::mesh
-#   qjulia::picture       pictures; it needs OpenMesh, Expat, PNG and cairo
+#   qjulia::picture       pictures; it needs OpenMesh, Expat, PNG, OpenEXR and cairo
 #   qjulia::qjulia        all of these, and measurements of devices
 #   qjulia::shared        all of it as a shared library; its parts are qjulia::NAME_shared
 # With COMPONENTS, which are field, mesh, fit, picture, field_shared and shared, it gives these components
@@ -60,6 +60,7 @@ if("mesh" IN_LIST qjulia_wanted)
 endif()
 if("picture" IN_LIST qjulia_wanted)
   find_dependency(PNG)
+  find_dependency(OpenEXR)
   pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
 endif()
 foreach(qjulia_part IN LISTS qjulia_parts)  # those that others are built on come first

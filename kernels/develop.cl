@@ -42,7 +42,7 @@ static inline real3 ground_share(qj_strip_arguments strip, real3 origin, real3 d
   if (!ground_point(origin, direction, scene, &p, &away)) return (real3)(1);
   real3 up = real3_at(scene + QJ_SCENE_UP), open = real3_at(scene + QJ_SCENE_OPEN_SKY);
   // The ground is bright, and lights the shape's underside, which lights it in turn.
-  real3 sum = open * with_bounces(open_share(ground_seen(p, scene, shares)), color);
+  real3 sum = open * with_bounces(open_share((real3)(ground_seen(p, scene, shares))), color);
   for (int i = 0; i < strip.lamps; ++i) {
     global const real* lamp = lamps + i * QJ_LIGHT_SIZE;
     real3 light = fmax(dot(up, real3_at(lamp + QJ_LIGHT_DIRECTION)), (real)0) *
@@ -68,8 +68,9 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
                            global const real* restrict depth, global const real* restrict normal,
                            global const real* restrict trait, global const real* restrict lamps,
                            global const real* restrict scene, global const real* restrict table,
-                           global const real* restrict ground, global const real* restrict sky,
-                           global const real* restrict seen, global real* restrict pixels) {
+                           global const real* restrict around, global const real* restrict ground,
+                           global const real* restrict sky, global const real* restrict seen,
+                           global real* restrict pixels) {
   int column = (int)get_global_id(0), row = (int)get_global_id(1);
   if (column >= strip.columns || row >= strip.rows) return;
   int samples = strip.samples, wide = strip.columns * samples;
@@ -101,8 +102,13 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
     size_t receiver = (size_t)(j * wide + i);
     real3 open_sky = real3_at(sky + receiver * QJ_RECEIVED_SIZE + QJ_RECEIVED_OPEN_SKY);
     real3 seen_sky = real3_at(sky + receiver * QJ_RECEIVED_SIZE + QJ_RECEIVED_SKY);
-    real open = open_share(luminance(seen_sky) / fmax(luminance(open_sky), (real)1e-6f));
-    real3 sent = glow + sent_of_sky(m, n, -direction, open, open_sky, scene, table);
+    real3 open = open_share(seen_sky / fmax(open_sky, (real3)(1e-6f)));
+    if (scene[QJ_SCENE_AROUND_WIDTH] > 0) {
+      // Lights of the sky are few, and say what is in the way alone.
+      open_sky = around_at(blurred_around(scene, around, QJ_ENVIRONMENT_LEVELS),
+                           QJ_ENVIRONMENT_WIDTH, QJ_ENVIRONMENT_HEIGHT, around_place(scene, n));
+    }
+    real3 sent = glow + sent_of_sky(m, n, -direction, open, open_sky, scene, around, table);
     for (int lamp = 0; lamp < strip.lamps; ++lamp) {
       global const real* light = lamps + lamp * QJ_LIGHT_SIZE;
       global const real* arrived = seen + (lamp * receivers + receiver) * QJ_LAMP_SIZE;
@@ -132,6 +138,13 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
   sum *= each;
   // Behind fog is what is farther away than any shadow.
   share = ((real)misses * share + ((real)(samples * samples - misses) - shown)) * each;
+  if (scene[QJ_SCENE_BACKDROP] == QJ_BACKDROP_AROUND) {
+    real3 direction;
+    view_point(view, ((real)column + (real)0.5) * (real)samples,
+               ((real)(row + strip.first_row) + (real)0.5) * (real)samples, 0, &direction);
+    share *= around_at(around, (int)scene[QJ_SCENE_AROUND_WIDTH],
+                       (int)scene[QJ_SCENE_AROUND_HEIGHT], around_place(scene, direction));
+  }
   pixel[QJ_PIXEL_RADIANCE] = sum.x;
   pixel[QJ_PIXEL_RADIANCE + 1] = sum.y;
   pixel[QJ_PIXEL_RADIANCE + 2] = sum.z;
@@ -157,14 +170,16 @@ kernel void develop_pixels(qj_strip_arguments strip, real exposure,
   // The shape first, then the wall. One loop, so that no GPU calls the curve as a function.
 #pragma unroll 1
   for (int part = 0; part < 2; ++part) {
-    real weight = part == 0 ? shown : behind == QJ_BACKDROP_STUDIO ? 1 - shown : (real)0;
+    bool is_lit = behind == QJ_BACKDROP_STUDIO || behind == QJ_BACKDROP_AROUND;
+    real weight = part == 0 ? shown : is_lit ? 1 - shown : (real)0;
     if (weight <= 0) continue;
     real3 radiance = real3_at(pixel + QJ_PIXEL_RADIANCE);
-    if (part == 1) {
+    if (part == 1) radiance = behind_light;
+    if (part == 1 && behind == QJ_BACKDROP_STUDIO) {
       real2 middle = (real2)((real)strip.columns, (real)strip.rows_in_all) / 2;
       real2 place = (real2)((real)column + (real)0.5, (real)(row + strip.first_row) + (real)0.5);
-      radiance = wall((place - middle) / fmin(middle.x, middle.y)) * behind_light *
-                 real3_at(scene + QJ_SCENE_WALL_LIGHT);
+      radiance *=
+          wall((place - middle) / fmin(middle.x, middle.y)) * real3_at(scene + QJ_SCENE_WALL_LIGHT);
     }
     sum += weight * tone_mapped(tone, exposure * radiance / weight);
   }

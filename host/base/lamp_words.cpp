@@ -112,9 +112,11 @@ std::string to_string(const Lamp& lamp) {
 Background background_from(std::string_view text) {
   if (text == "studio") return {};
   if (text == "transparent") return {Backdrop::transparent};
+  if (text == "environment") return {Backdrop::environment};
   if (const auto color = color_named(text)) return {Backdrop::plain, *color};
-  throw InputError(fmt::format("'{}' is no background; give studio, transparent, or a colour: {}",
-                               text, kColorHelp));
+  throw InputError(
+      fmt::format("'{}' is no background; give studio, transparent, environment, or a colour: {}",
+                  text, kColorHelp));
 }
 
 std::string to_string(const Background& background) {
@@ -123,6 +125,8 @@ std::string to_string(const Background& background) {
       return "studio";
     case Backdrop::plain:
       return color_name(background.color);
+    case Backdrop::environment:
+      return "environment";
     case Backdrop::transparent:
       break;
   }

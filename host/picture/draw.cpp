@@ -306,16 +306,16 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   const Camera& camera = options.camera;
   const View view = view_of(camera);
   rig = options.light.whole();
-  std::vector<Light> lamps =
-      lamp_lights(rig, camera, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
+  std::vector<Light> lamps = lamp_lights(rig, environment ? &*environment : nullptr, camera,
+                                         source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
   double cost_of_lamps = 0;
   for (const Light& lamp : lamps) cost_of_lamps += cost(lamp.view);
   const bool is_first = up != camera.up;
   Work work{monitor, cost(view) + cost_of_lamps};
   if (is_first) {
     up.reset();  // a stop may come before all is there
-    sky = sky_lights(rig, *camera.up, source->bounds(), fineness,
-                     is_draft ? kDraftSkyLights : kSkyLights);
+    sky = sky_lights(rig, environment ? &*environment : nullptr, *camera.up, source->bounds(),
+                     fineness, is_draft ? kDraftSkyLights : kSkyLights);
     work.all += kDepthGridCost;
     for (const Light& light : sky) work.all += cost(light.view);
   }

@@ -17,6 +17,7 @@ constexpr int kSkyMap = 160;
 constexpr int kOtherMap = 384;
 constexpr int kKeyMap = 768;
 constexpr int kLeastMap = 64;
+constexpr int kFloorCones = 1024;  ///< parts of an environment that light a floor
 /// The irradiance of a surface that faces a white lamp of strength 1.
 constexpr double kLampLight = 1.35;
 
@@ -34,14 +35,34 @@ Vector3d sent_from(const Surroundings& around, double rise) {
                   : around.floor;
 }
 
+Vector3d placed(const CameraAxes& axes, const Vector3d& v) {
+  return v.x() * axes.right + v.y() * axes.up + v.z() * axes.back;
+}
+
 /// The irradiance of a level floor with nothing in the way.
-Vector3d on_floor(const Rig& rig) {
-  const Surroundings around = surroundings_of(rig);
-  Vector3d sum = std::numbers::pi * (around.horizon + 2.0 / 3 * (around.zenith - around.horizon));
+Vector3d on_floor(const Rig& rig, const Surrounded* around) {
+  Vector3d sum = Vector3d::Zero();
+  if (around != nullptr) {
+    const auto add = [&](const Cone& cone) { sum += std::max(0.0, cone.towards.y()) * cone.color; };
+    for (const Cone& cone : cones_of(around->light.sky, kFloorCones)) add(cone);
+    if (around->light.sun) add(*around->light.sun);
+    sum = sum.cwiseProduct(fill_of(rig));
+  } else {
+    const Surroundings open = surroundings_of(rig);
+    sum = std::numbers::pi * (open.horizon + 2.0 / 3 * (open.zenith - open.horizon));
+  }
   for (const Lamp& lamp : rig.lamps) {
     sum += std::max(0.0, std::sin(lamp.elevation * kDegree)) * light_of(lamp);
   }
   return sum;
+}
+
+/// A light of the sky stands for a little of its neighbours' parts, too, so that shadows run into
+/// one another: the tangent of its angular radius.
+double sky_softness(double steradians) {
+  constexpr double kOverlap = 1.2, kLeastCosine = 0.25;
+  const double cosine = std::max(1 - steradians / (2 * std::numbers::pi), kLeastCosine);
+  return kOverlap * std::sqrt(1 - cosine * cosine) / cosine;
 }
 
 int map_size(int full, double fineness) {
@@ -82,47 +103,69 @@ Surroundings surroundings_of(const Rig& rig) {
   return {kZenith.cwiseProduct(fill), kHorizon.cwiseProduct(fill), kFloor.cwiseProduct(fill)};
 }
 
-Vector3d wall_light(const Rig& rig) {
-  return rig.wall * on_floor(rig).cwiseQuotient(on_floor(rig_named(RigName::studio)));
+Vector3d wall_light(const Rig& rig, const Surrounded* around) {
+  return rig.wall *
+         on_floor(rig, around).cwiseQuotient(on_floor(rig_named(RigName::studio), nullptr));
 }
 
-std::vector<Light> sky_lights(const Rig& rig, UpAxis up, const Box& held, double fineness,
-                              int count) {
-  const CameraAxes axes = camera_axes({.azimuth = 0, .elevation = 0, .up = up});
+std::vector<Light> sky_lights(const Rig& rig, const Surrounded* around, UpAxis up, const Box& held,
+                              double fineness, int count) {
   const int size = map_size(kSkyMap, std::sqrt(fineness));
-  const Surroundings around = surroundings_of(rig);
   std::vector<Light> lights;
+  const auto add = [&](const Vector3d& towards, const Vector3d& color, double steradians) {
+    lights.push_back(
+        {towards, color, sky_softness(steradians), parallel_view(towards, held, size)});
+    lights.back().view.coarse_will_do = true;
+  };
+  if (around != nullptr) {
+    const CameraAxes axes = around->axes(up);
+    for (const Cone& cone : cones_of(around->light.sky, count)) {
+      add(placed(axes, cone.towards), cone.color.cwiseProduct(fill_of(rig)), cone.steradians);
+    }
+    return lights;
+  }
+  const CameraAxes axes = camera_axes({.azimuth = 0, .elevation = 0, .up = up});
+  const Surroundings open = surroundings_of(rig);
   // A Fibonacci spiral: nearly even over the sphere.
   for (int i = 0; i < count; ++i) {
     const double rise = 1 - (2 * i + 1.0) / count;
     const double turn = std::numbers::pi * (1 + std::sqrt(5.0)) * i;
     const double level_part = std::sqrt(1 - rise * rise);
     const double steradians = 4 * std::numbers::pi / count;
-    const Vector3d towards = level_part * std::cos(turn) * axes.right + rise * axes.up +
-                             level_part * std::sin(turn) * axes.back;
-    lights.push_back(
-        {towards, steradians * sent_from(around, rise), 0, parallel_view(towards, held, size)});
-    lights.back().view.coarse_will_do = true;
+    add(placed(axes, {level_part * std::cos(turn), rise, level_part * std::sin(turn)}),
+        steradians * sent_from(open, rise), steradians);
   }
   return lights;
 }
 
-std::vector<Light> lamp_lights(const Rig& rig, const Camera& camera, const Box& held,
-                               double fineness) {
+std::vector<Light> lamp_lights(const Rig& rig, const Surrounded* around, const Camera& camera,
+                               const Box& held, double fineness) {
   Camera level = camera;
   level.elevation = 0;
   const CameraAxes axes = camera_axes(level);
   std::vector<Light> lights;
   for (const Lamp& lamp : rig.lamps) {
     const double azimuth = lamp.azimuth * kDegree, elevation = lamp.elevation * kDegree;
-    const Vector3d towards = std::sin(azimuth) * std::cos(elevation) * axes.right +
-                             std::sin(elevation) * axes.up +
-                             std::cos(azimuth) * std::cos(elevation) * axes.back;
-    const bool is_key = lights.empty();
-    const int size = map_size(is_key ? kKeyMap : kOtherMap, fineness);
-    lights.push_back({towards.normalized(), light_of(lamp), std::tan(lamp.size * kDegree),
-                      parallel_view(towards.normalized(), held, size)});
-    lights.back().view.coarse_will_do = !is_key;
+    const Vector3d towards =
+        placed(axes, {std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                      std::cos(azimuth) * std::cos(elevation)});
+    lights.push_back({towards.normalized(), light_of(lamp), std::tan(lamp.size * kDegree), {}});
+  }
+  if (around != nullptr && around->light.sun) {
+    const Cone& sun = *around->light.sun;
+    const Vector3d color = sun.color.cwiseProduct(fill_of(rig));
+    const bool is_key = lights.empty() || color.sum() > lights.front().color.sum();
+    lights.insert(is_key ? lights.begin() : lights.end(),
+                  {placed(around->axes(*camera.up), sun.towards),
+                   color,
+                   std::sqrt(sun.steradians / std::numbers::pi),
+                   {}});
+  }
+  for (Light& light : lights) {
+    const bool is_key = &light == &lights.front();
+    light.view =
+        parallel_view(light.towards, held, map_size(is_key ? kKeyMap : kOtherMap, fineness));
+    light.view.coarse_will_do = !is_key;
   }
   return lights;
 }

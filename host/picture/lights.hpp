@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "picture/environment.hpp"
 #include "picture/view.hpp"
 #include "qjulia/light.hpp"
 
@@ -13,7 +14,9 @@ namespace qjulia::picture {
 struct Light {
   Eigen::Vector3d towards = Eigen::Vector3d::Zero();  ///< unit
   Eigen::Vector3d color = Eigen::Vector3d::Zero();    ///< irradiance of a surface that faces it
-  double softness = 0;                                ///< tangent of its angular radius
+  /// Tangent of its angular radius; of a light of the sky, with which shadows of several run into
+  /// one another.
+  double softness = 0;
   View view;
   std::vector<float> depths{};  ///< the view's depth map, once it is taken
 };
@@ -31,17 +34,30 @@ struct Surroundings {
 };
 Surroundings surroundings_of(const Rig& rig);
 
+/// An environment about a set.
+struct Surrounded {
+  EnvironmentLight light;
+  double turn = 0;  ///< degrees about the up axis, as a camera's azimuth turns
+
+  /// Its axes, where `up` is up.
+  CameraAxes axes(UpAxis up) const {
+    return camera_axes({.azimuth = turn, .elevation = 0, .up = up});
+  }
+};
+
 /// The light on the studio's wall, relative to that of the studio's rig.
-Eigen::Vector3d wall_light(const Rig& rig);
+/// @param around where it takes the place of the rig's sky; else null.
+Eigen::Vector3d wall_light(const Rig& rig, const Surrounded* around = nullptr);
 
-/// @param held a box that holds the shape. @param fineness of the depth maps: 1 for a picture of
-/// 1280 × 960, in proportion for smaller ones.
-std::vector<Light> sky_lights(const Rig& rig, UpAxis up, const Box& held, double fineness,
-                              int count);
+/// @param around as above. @param held a box that holds the shape. @param fineness of the depth
+/// maps: 1 for a picture of 1280 × 960, in proportion for smaller ones.
+std::vector<Light> sky_lights(const Rig& rig, const Surrounded* around, UpAxis up, const Box& held,
+                              double fineness, int count);
 
-/// The rig's lamps, the key light first and with the finest map. They stay with the camera's
-/// azimuth, so that the shape turns under them.
-std::vector<Light> lamp_lights(const Rig& rig, const Camera& camera, const Box& held,
-                               double fineness);
+/// The rig's lamps and the environment's sun, the key light first and with the finest map. Lamps
+/// stay with the camera's azimuth, so that the shape turns under them; the sun stays with the
+/// shape.
+std::vector<Light> lamp_lights(const Rig& rig, const Surrounded* around, const Camera& camera,
+                               const Box& held, double fineness);
 
 }  // namespace qjulia::picture

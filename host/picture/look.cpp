@@ -4,11 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "base/input_file.hpp"
 #include "base/setting_toml.hpp"
 #include "picture/embedded_looks.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/light.hpp"
 #include "qjulia/picture_settings.hpp"
 
 namespace qjulia {
@@ -60,6 +62,13 @@ void apply(PictureOptions& options, std::string_view key, const toml::node& node
   } else {
     base::read_value(node, setting, setting.place(options));
   }
+}
+
+/// A file that is named in a look's file is looked for beside it.
+void find_environment(PictureOptions& options, const std::filesystem::path& folder) {
+  std::string& environment = options.light.environment;
+  if (environment.empty() || std::ranges::count(environment_names(), environment) > 0) return;
+  environment = (folder / environment).string();
 }
 
 /// @param source of the text, for messages.
@@ -119,7 +128,10 @@ void apply_look(PictureOptions& options, const std::string& look) {
   }
   constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
   PictureOptions changed = options;
+  changed.light.environment.clear();
   apply_text(changed, base::read_text_file(look, "look", kLargestFile, {}), look);
+  find_environment(changed, std::filesystem::path(look).parent_path());
+  if (changed.light.environment.empty()) changed.light.environment = options.light.environment;
   changed.look = look;
   options = std::move(changed);
 }

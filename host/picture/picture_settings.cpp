@@ -261,11 +261,13 @@ std::vector<PictureSetting> light_settings() {
          .interpolation = Interpolation::none},
         [](PictureOptions& p) -> ValuePlace { return &p.ground; }}},
       {{{.name = "background",
-         .values = "studio|transparent|COLOUR",
+         .values = "studio|transparent|environment|COLOUR",
          .example = "203040",
          .help = "What is behind the set: studio, a light grey wall in the light of the lamps; "
                  "transparent, with an alpha, in which the set's shadow is black and lets what is "
-                 "behind shine through; or a colour, RRGGBB (sRGB), white or black",
+                 "behind shine through; environment, what `environment` shows there; or a colour, "
+                 "RRGGBB "
+                 "(sRGB), white or black",
          .interpolation = Interpolation::none},
         [](PictureOptions& p) -> ValuePlace { return &p.background; }}},
       {{{.name = "light",
@@ -323,6 +325,25 @@ std::vector<PictureSetting> light_settings() {
                  "white) or RRGGBB",
          .interpolation = Interpolation::none},
         [](PictureOptions& p) -> ValuePlace { return &p.light.fill_color; }}},
+      {{{.name = "environment",
+         .values = "NAME|FILE",
+         .left_out = "none",
+         .example = "evening",
+         .help = fmt::format(
+             "What is around the set: {}; or a panorama, .hdr or .exr, twice as wide as high. It "
+             "lights the set in place of `light`, is seen in reflections, and where `background` "
+             "says so behind the set. `fill` and `fill_color` multiply its light; lamps are those "
+             "of `lamp` alone",
+             fmt::join(environment_names(), ", ")),
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.light.environment; }}},
+      {{{.name = "environment_turn",
+         .values = "DEGREES",
+         .unit = "degrees",
+         .example = "90",
+         .help = "Degrees that `environment` is turned about the up axis, as `azimuth` turns the "
+                 "camera"},
+        [](PictureOptions& p) -> ValuePlace { return &p.light.environment_turn; }}},
       {{{.name = "exposure",
          .values = "STOPS",
          .least = -20,

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/range_check.hpp"
+#include "picture/environment.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/light.hpp"
 
@@ -49,7 +50,7 @@ Rig rig_named(RigName name) {
 }
 
 Rig Lighting::whole() const {
-  Rig made = rig_named(rig);
+  Rig made = environment.empty() ? rig_named(rig) : Rig{};
   made.lamps.resize(std::max(made.lamps.size(), lamps.size()));
   std::ranges::copy(lamps, made.lamps.begin());
   std::erase_if(made.lamps, [](const Lamp& lamp) { return lamp.strength == 0; });
@@ -65,6 +66,7 @@ void Lighting::validate() const {
   }
   for (const Lamp& lamp : lamps) lamp.validate();
   if (fill_color) fill_color->validate("fill_color");
+  if (!environment.empty()) picture::expect_environment(environment);
 }
 
 }  // namespace qjulia

@@ -31,6 +31,8 @@ int number_of(Backdrop backdrop) {
       return QJ_BACKDROP_STUDIO;
     case Backdrop::plain:
       return QJ_BACKDROP_PLAIN;
+    case Backdrop::environment:
+      return QJ_BACKDROP_AROUND;
     case Backdrop::transparent:
       break;
   }
@@ -57,14 +59,6 @@ constexpr double kThin = 0.11;
 constexpr double kFog = -2.5;
 
 constexpr int kSide = 160;  ///< points along a side at full fineness
-/// A light's part of the sky and a little of its neighbours', so that shadows run into one another.
-constexpr double kOverlap = 1.2;
-
-/// The tangent of the angular radius of each of so many equal parts of the sphere.
-double softness_of(std::size_t parts) {
-  const double cosine = 1 - 2 / static_cast<double>(parts);
-  return kOverlap * std::sqrt(1 - cosine * cosine) / cosine;
-}
 
 /// Each point's mean with its neighbours', by weights of 1, 2, 1 along rows and columns.
 std::vector<float> smoothed(const std::vector<float>& points, std::size_t side) {
@@ -98,7 +92,9 @@ std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
   put(QJ_SCENE_FRONT, ground.front);
   put(QJ_SCENE_OPEN_SKY, ground.open);
   put(QJ_SCENE_COLOR, scene.background.color);
-  put(QJ_SCENE_WALL_LIGHT, wall_light(scene.rig));
+  put(QJ_SCENE_WALL_LIGHT, wall_light(scene.rig, scene.around));
+  put(QJ_SCENE_AROUND_RIGHT, scene.around_axes.right);
+  put(QJ_SCENE_AROUND_BACK, scene.around_axes.back);
   // Irradiance is divided by pi in kernels, and so radiance is pi times as much.
   const Surroundings around = surroundings_of(scene.rig);
   put(QJ_SCENE_ZENITH, std::numbers::pi * around.zenith);
@@ -126,7 +122,7 @@ std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
   return reals;
 }
 
-GroundLight ground_light(const Device& device, const Scene& scene, std::vector<Light> sky,
+GroundLight ground_light(const Device& device, const Scene& scene, std::span<const Light> sky,
                          double fineness) {
   GroundLight ground;
   ground.side = static_cast<int>(std::lround(kSide * std::sqrt(fineness)));
@@ -148,8 +144,7 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::vector<L
       put(scene.up);
     }
   }
-  for (Light& light : sky) {
-    light.softness = softness_of(sky.size());
+  for (const Light& light : sky) {
     ground.open += std::max(0.0, light.towards.dot(scene.up)) * light.color;
   }
   const PackedLights lights = packed(sky);
@@ -188,7 +183,15 @@ Shading::Shading(const Device& device, const Scene& scene, const GroundLight& gr
   const auto [reals, atlas] = packed(lights);
   lights_ = context.upload<float>(reals);
   maps_ = context.upload<float>(atlas);
-  scene_ = context.upload<float>(packed(scene, ground));
+  std::vector<float> reals_of_scene = packed(scene, ground);
+  EnvironmentMaps around{0, 0, {0}};
+  if (scene.around != nullptr) {
+    around = environment_maps(scene.around->light, scene.rig.fill * scene.rig.fill_color.linear());
+  }
+  reals_of_scene[QJ_SCENE_AROUND_WIDTH] = static_cast<float>(around.width);
+  reals_of_scene[QJ_SCENE_AROUND_HEIGHT] = static_cast<float>(around.height);
+  scene_ = context.upload<float>(reals_of_scene);
+  around_ = context.upload<float>(around.texels);
   ground_ = context.upload<float>(ground.shares);
   reflectance_ = context.upload<float>(reflectance_table());
   const device::BuildOptions options{1, Precision::single, {}};
@@ -273,7 +276,7 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
   const auto pixels = context.allocate<float>(QJ_PIXEL_SIZE * index(0, strip.rows, columns));
   context.launch(radiance_, tiles(columns, strip.rows),
                  {received.strip, received.view, received.depths, received.normals, traits, lights_,
-                  scene_, reflectance_, ground_, received.sky, received.lamps, pixels});
+                  scene_, reflectance_, around_, ground_, received.sky, received.lamps, pixels});
   Shaded shaded;
   shaded.pixels.resize(pixels.size());
   context.read(pixels, std::span(shaded.pixels));

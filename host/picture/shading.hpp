@@ -23,6 +23,11 @@ struct Scene {
   Palette palette{};
   Matter matter{};
   Rig rig{};
+  /// In place of the rig's sky; null: none.
+  const Surrounded* around = nullptr;
+  /// Its axes where `up` is up.
+  CameraAxes around_axes{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(),
+                         Eigen::Vector3d::UnitZ()};
   ToneCurve tone = ToneCurve::neutral;
 };
 
@@ -40,7 +45,7 @@ struct GroundLight {
 /// The sky's light on the ground around the shape, which no camera changes. Each light stands for
 /// its part of the sky: its shadow is as soft as that part is wide.
 /// @param sky with depth maps. @param fineness as for lights.
-GroundLight ground_light(const Device& device, const Scene& scene, std::vector<Light> sky,
+GroundLight ground_light(const Device& device, const Scene& scene, std::span<const Light> sky,
                          double fineness);
 
 /// What kernels know of them, as layout/picture_layout.h says.
@@ -98,7 +103,7 @@ class Shading {
   Device device_;
   int lamps_count_, lights_count_;
   double thin_;
-  device::Buffer<float> lights_, maps_, scene_, ground_, reflectance_;
+  device::Buffer<float> lights_, maps_, scene_, ground_, reflectance_, around_;
   device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, lamp_light_, radiance_,
       develop_, incident_;
 };

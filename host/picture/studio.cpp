@@ -71,6 +71,12 @@ void expect_color(const char* field, const Rgb& color) {
   throw OptionError(field, "a colour's parts are 0 to 1");
 }
 
+/// @throws InputError
+std::optional<Surrounded> surrounded(const Lighting& light, const std::stop_token& stop) {
+  if (light.environment.empty()) return std::nullopt;
+  return Surrounded{light_of(read_environment(light.environment, stop)), light.environment_turn};
+}
+
 }  // namespace
 
 void PictureOptions::validate() const {
@@ -79,6 +85,9 @@ void PictureOptions::validate() const {
   base::expect_finite("azimuth", camera.azimuth);
   map::expect_box(box);
   light.validate();
+  if (background.kind == Backdrop::environment && light.environment.empty()) {
+    throw OptionError("background", "there is no environment; give `environment`, too");
+  }
   expect_color("background", background.color);
   expect_color("palette", palette.clay);
   for (const Rgb& stop : palette.stops) expect_color("palette", stop);
@@ -140,6 +149,7 @@ std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const M
                                      .stop = stop,
                                      .coloring = coloring,
                                      .range = options.range.value_or(MaterialRange{}),
+                                     .environment = surrounded(options.light, stop),
                                      .part = std::move(set.part)});
 }
 
@@ -191,6 +201,7 @@ Studio::Studio(const Device& device, const TriangleMesh& mesh, const Box& framed
                                       to_scene.to_map(framed), to_scene, fineness_of(options),
                                       /*is_draft=*/false, guess_up(mesh)});
   impl_->options.material = Material::clay;
+  impl_->environment = surrounded(options.light, {});
 }
 
 Studio::~Studio() = default;

@@ -41,8 +41,9 @@ struct Studio::Impl {
   UpAxis known_up = kDefaultUp;  ///< where the camera does not say
   std::stop_token stop{};        ///< ends pictures that have no other
   picture::Coloring coloring{};
-  MaterialRange range{};  ///< the last picture's
-  double exposure = 0;    ///< the last picture's, stops
+  MaterialRange range{};                             ///< the last picture's
+  double exposure = 0;                               ///< the last picture's, stops
+  std::optional<picture::Surrounded> environment{};  ///< in place of the rig's sky
   Rig rig{};
   std::optional<Box> part{};               ///< what cuts leave, in the scene
   std::vector<Eigen::Vector3d> outline{};  ///< shape units, once it was asked for
@@ -98,6 +99,8 @@ struct Studio::Impl {
             options.palette,
             options.matter,
             rig,
+            environment ? &*environment : nullptr,
+            environment ? environment->axes(*options.camera.up) : picture::Scene{}.around_axes,
             options.tone};
   }
   /// The box whose faces, where they cut the set, have colours of their own; empty for heights and

@@ -55,9 +55,10 @@ std::string to_string(const Lamp& lamp);
 
 /// What is behind the set.
 enum class Backdrop {
-  studio,      ///< a light grey wall, brightest behind the set, in the light of the sky and lamps
-  plain,       ///< one colour
-  transparent  ///< pixels have an alpha; shadows on the ground are black and partly transparent
+  studio,       ///< a light grey wall, brightest behind the set, in the light of the sky and lamps
+  plain,        ///< one colour
+  environment,  ///< what is around the set
+  transparent   ///< pixels have an alpha; shadows on the ground are black and partly transparent
 };
 
 struct Background {
@@ -66,7 +67,7 @@ struct Background {
   friend bool operator==(const Background&, const Background&) = default;
 };
 
-/// "studio", "transparent", or a colour as `color_named` has it. @throws InputError
+/// "studio", "transparent", "environment", or a colour as `color_named` has it. @throws InputError
 Background background_from(std::string_view text);
 std::string to_string(const Background& background);
 

@@ -2,6 +2,7 @@
 /// Rigs of lamps, and how light becomes a picture.
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "qjulia/lamp.hpp"
@@ -23,6 +24,9 @@ struct Rig {
 
 Rig rig_named(RigName name);
 
+/// The built-in environments.
+std::vector<std::string> environment_names();
+
 /// The light of a picture: a rig, and what is different from it.
 struct Lighting {
   RigName rig = RigName::studio;
@@ -30,6 +34,11 @@ struct Lighting {
   std::vector<Lamp> lamps{};
   std::optional<double> fill{};
   std::optional<LightColor> fill_color{};
+  /// What is around the set: one of `environment_names`, or a panorama of a file, .hdr or .exr. Its
+  /// light takes the place of the rig's, `fill` and `fill_color` multiply it, and lamps are those
+  /// above alone. Empty: none.
+  std::string environment{};
+  double environment_turn = 0;  ///< degrees about the up axis, as a camera's azimuth turns
 
   /// The rig with what is different. Lamps of no strength are left out.
   Rig whole() const;

@@ -71,7 +71,20 @@
 #define QJ_SCENE_STOPS 46 /* number of the colors that traits 0 ... 1 go through */
 #define QJ_SCENE_STOP 47  /* the first of them */
 #define QJ_MOST_STOPS 8
-#define QJ_SCENE_SIZE (QJ_SCENE_STOP + 3 * QJ_MOST_STOPS)
+/* What is around the shape in place of sky and floor: the size of its first two maps, width 0 for
+   none, and two of its axes; the third is up. */
+#define QJ_SCENE_AROUND_WIDTH (QJ_SCENE_STOP + 3 * QJ_MOST_STOPS)
+#define QJ_SCENE_AROUND_HEIGHT (QJ_SCENE_AROUND_WIDTH + 1)
+#define QJ_SCENE_AROUND_RIGHT (QJ_SCENE_AROUND_WIDTH + 2)
+#define QJ_SCENE_AROUND_BACK (QJ_SCENE_AROUND_WIDTH + 5)
+#define QJ_SCENE_SIZE (QJ_SCENE_AROUND_WIDTH + 8)
+
+/* Radiance of the surroundings, three reals a texel: what is seen; the same without the sun; then
+   maps of the size below, blurred as surfaces of roughness 1 / levels, 2 / levels ... 1 reflect it,
+   and irradiance by pi. Texels of all maps: picture/environment.hpp. */
+#define QJ_ENVIRONMENT_WIDTH 128
+#define QJ_ENVIRONMENT_HEIGHT 64
+#define QJ_ENVIRONMENT_LEVELS 8
 
 #define QJ_TONE_NEUTRAL 0
 #define QJ_TONE_AGX 1
@@ -85,6 +98,7 @@
 #define QJ_BACKDROP_STUDIO 0
 #define QJ_BACKDROP_PLAIN 1
 #define QJ_BACKDROP_NONE 2 /* pixels are transparent, but for shadows */
+#define QJ_BACKDROP_AROUND 3
 
 /* Height of a ground that nothing falls on. */
 #define QJ_NO_GROUND 1e30f
@@ -104,7 +118,9 @@
 /* A pixel before it is developed. */
 #define QJ_PIXEL_RADIANCE 0 /* mean over what it shows of the shape, times `shown` */
 #define QJ_PIXEL_SHOWN 3    /* share of the pixel that shows the shape, less what fog hides */
-#define QJ_PIXEL_GROUND 4   /* the rest, times how much darker shadows make what is behind */
+#define QJ_PIXEL_GROUND                                                 \
+  4 /* the rest, times how much darker shadows make what is behind, and \
+       times radiance where that is the surroundings */
 #define QJ_PIXEL_SIZE 7
 
 /* A strip of a picture: `rows` rows of pixels from first_row on, of a view whose pixels are

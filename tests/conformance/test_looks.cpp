@@ -6,9 +6,11 @@
 
 #include "ball_view.hpp"
 #include "base/srgb.hpp"
+#include "environment_file.hpp"
 #include "png_file.hpp"
 #include "qjulia/look.hpp"
 #include "shapes.hpp"
+#include "temporary_folder.hpp"
 
 using namespace qjulia;
 
@@ -154,6 +156,70 @@ TEST_CASE("every rig lights the ball, and no two are alike") {
   PictureOptions options = ball_options();
   options.light.lamps = {lamp_from("-61.7,41.4,1")};
   CHECK(ball(options).pixels == images.front().pixels);
+}
+
+TEST_CASE("white in an even environment cannot be told from it, and is as in an even sky") {
+  const test::TemporaryFolder folder;
+  const double radiance = GENERATE(0.5, 0.9);
+  PictureOptions options = ball_options();
+  options.light.environment = folder.file("even.hdr", test::even_hdr_bytes(radiance)).string();
+  options.background = background_from("environment");
+  options.ground = false;
+  options.tone = ToneCurve::none;
+  options.palette.clay = Rgb::Ones();
+  options.matter.roughness = GENERATE(0.1, 0.55, 1.0);
+  options.matter.metal = GENERATE(0.0, 1.0);
+  const Image image = ball(options);
+  const Rgb behind = at(image, 0, 0);
+  CHECK(behind.x() == Catch::Approx(0.62 * radiance).epsilon(0.015));
+  double least = 9, most = 0;
+  for (int row = 0; row < 36; ++row) {
+    for (int column = 0; column < 48; ++column) {
+      least = std::min(least, at(image, column, row).x() / behind.x());
+      most = std::max(most, at(image, column, row).x() / behind.x());
+    }
+  }
+  CAPTURE(radiance, options.matter.roughness, options.matter.metal,
+          middle(options).x() / behind.x());
+  CHECK(least > 0.97);
+  CHECK(most < 1.03);
+}
+
+TEST_CASE("an environment that is turned with the camera looks the same, and else does not") {
+  PictureOptions options = ball_options();
+  options.light.environment = GENERATE("evening", "studio");
+  options.background = background_from("environment");
+  options.matter.metal = 1;
+  options.matter.roughness = 0.2;
+  const Image first = ball(options);
+  options.light.environment_turn = 90;
+  CHECK(test::mean_difference(ball(options), first) > 4);
+  options.camera.azimuth += 90;
+  CHECK(test::mean_difference(ball(options), first) < 1);
+  // A film's camera goes around in an environment that stays.
+  Studio studio(test::shared_device(), check::unit_ball(), options);
+  const Image again = studio.picture(options.camera);
+  CHECK(again.pixels == ball(options).pixels);
+}
+
+TEST_CASE("lamps are added to an environment, and a rig's are left out") {
+  PictureOptions options = ball_options();
+  options.light.environment = "overcast";
+  const Image sky = ball(options);
+  options.light.rig = RigName::dusk;
+  CHECK(ball(options).pixels == sky.pixels);
+  options.light.lamps = {lamp_from("-60,30,1")};
+  CHECK(at(ball(options), 18, 14).x() > at(sky, 18, 14).x() + 0.1);
+  options.light.lamps.clear();
+  options.light.fill = 0;
+  CHECK(middle(options).maxCoeff() < 0.001);
+  PictureOptions none = ball_options();
+  none.background = background_from("environment");
+  CHECK_THROWS_WITH(ball(none),
+                    Catch::Matchers::ContainsSubstring("background: there is no environment"));
+  none.light.environment = "dawn";
+  CHECK_THROWS_WITH(ball(none),
+                    Catch::Matchers::ContainsSubstring("environment: 'dawn' is not known"));
 }
 
 TEST_CASE("a mesh takes a look's light and matter, and clay of its palette") {

@@ -151,6 +151,10 @@ TEST_CASE("a look sets what it says and leaves the rest") {
   CHECK(options.tone == ToneCurve::agx);
   CHECK(options.exposure == 2);
   CHECK(options.camera.zoom == 3);
+  apply_look(options, folder.file("out.toml", "environment = \"sky.hdr\"").string());
+  CHECK(options.light.environment == folder / "sky.hdr");
+  apply_look(options, folder.file("in.toml", "environment = \"evening\"").string());
+  CHECK(options.light.environment == "evening");
   apply_look(options, folder.file("auto.toml", "exposure = \"auto\"").string());
   CHECK_FALSE(options.exposure);
 }

@@ -53,6 +53,10 @@ TEST_CASE("other settings of a request override its look, which is no file") {
   CHECK(explore::read_view({{"exposure", "-1.5"}}).picture.exposure == -1.5);
   CHECK_THROWS_WITH(explore::read_view({{"look", "/tmp/a.toml"}}),
                     Catch::Matchers::ContainsSubstring("no look '/tmp/a.toml'"));
+  CHECK(explore::read_view({{"environment", "evening"}, {"environment-turn", "40"}})
+            .picture.light.environment == "evening");
+  CHECK_THROWS_WITH(explore::read_view({{"environment", "/tmp/a.hdr"}}),
+                    Catch::Matchers::ContainsSubstring("environment: give one of evening"));
   CHECK_THROWS_WITH(explore::read_view({{"lamp", "1,2"}}),
                     Catch::Matchers::ContainsSubstring("lamp: '1,2' is no lamp"));
 }

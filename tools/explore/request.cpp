@@ -144,6 +144,14 @@ void read_samples(std::string_view text, ViewRequest& view) {
   }
 }
 
+void read_environment_name(std::string_view text, ViewRequest& view) {
+  const auto names = environment_names();
+  if (!text.empty() && std::ranges::count(names, text) == 0) {
+    throw InputError(fmt::format("give one of {}", fmt::join(names, ", ")));
+  }
+  view.picture.light.environment = text;
+}
+
 void read_shows(std::string_view text, ViewRequest& view) {
   if (text != "map" && text != "mesh") throw InputError("give map or mesh");
   view.shows_mesh = text == "mesh";
@@ -189,6 +197,7 @@ const Parts& parts() {
     // No request makes the server read a file.
     made["look"] = {Changes::studio,
                     [](auto text, auto& view) { apply_built_in_look(view.picture, text); }};
+    made["environment"] = {Changes::studio, read_environment_name};
     return made;
   }();
   return all;

@@ -121,7 +121,7 @@ class SettingOption {
     const auto take = [value](const std::string& text) { *value = background_from(text); };
     return command_.word(name(), setting_.values, take, help())
         .default_text(to_string(*value))
-        .offers({"studio", "transparent", "white", "black"});
+        .offers({"studio", "transparent", "environment", "white", "black"});
   }
   Option operator()(Palette*) const { throw Error("a palette is read together with the material"); }
 
