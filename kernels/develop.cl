@@ -70,7 +70,7 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
                            global const real* restrict scene, global const real* restrict table,
                            global const real* restrict around, global const real* restrict ground,
                            global const real* restrict sky, global const real* restrict seen,
-                           global real* restrict pixels) {
+                           global const real* restrict bounce, global real* restrict pixels) {
   int column = (int)get_global_id(0), row = (int)get_global_id(1);
   if (column >= strip.columns || row >= strip.rows) return;
   int samples = strip.samples, wide = strip.columns * samples;
@@ -115,6 +115,9 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
       sent += sent_of_lamp(m, n, -direction, real3_at(light + QJ_LIGHT_DIRECTION),
                            real3_at(light + QJ_LIGHT_COLOR), light[QJ_LIGHT_SOFTNESS],
                            arrived[QJ_LAMP_SEEN], arrived[QJ_LAMP_THROUGH], table);
+    }
+    if (scene[QJ_SCENE_BOUNCE] > 0) {
+      sent += sent_of_bounce(m, n, -direction, real3_at(bounce + 3 * receiver), table);
     }
     real3 to_center = real3_at(scene + QJ_SCENE_CENTER) - eye;
     real behind = t / scene[QJ_SCENE_RADIUS] - length(to_center) / scene[QJ_SCENE_RADIUS] + 1;

@@ -228,6 +228,75 @@ kernel void ground_sky(qj_light_arguments with, global const real* restrict rece
   share[r] = sum / fmax(open_sum, (real)1e-6f);
 }
 
+// What the shape sends on of a lamp's light to a point, as irradiance by pi for a lamp of color 1:
+// the sum over texels of the lamp's map, of area A across its rays, of
+// A albedo (n w) (-m w) / (pi |w|^4), where w leads from the point to the texel, and n and m are
+// the normals. Each level has the texels of a window about the point but those that finer levels
+// have. Of each square of samples x samples texels this sums one, so many times; part: which.
+static inline real3 bounced(real3 p, real3 n, global const real* light,
+                            global const real* restrict texels, int samples, int2 part) {
+  const int half_window = QJ_BOUNCE_LAST / 2;
+  real3 across = real3_at(light + QJ_LIGHT_U), down = real3_at(light + QJ_LIGHT_V);
+  real3 along = real3_at(light + QJ_LIGHT_DEPTH);
+  real2 at = (real2)(dot(p, across) + light[QJ_LIGHT_U + 3], dot(p, down) + light[QJ_LIGHT_V + 3]);
+  real depth = dot(p, along) + light[QJ_LIGHT_DEPTH + 3];
+  across /= dot(across, across);
+  down /= dot(down, down);
+  real width = 2;  // of a level's texels, in those of the depth map
+  real3 all = (real3)(0);
+  int2 hole = (int2)(0);  // corner of the texels that finer levels have, and how many a side
+  int hole_size = 0;
+#pragma unroll 1
+  for (int side = ((int)light[QJ_LIGHT_MAP_SIZE] + 1) / 2;; side = (side + 1) / 2) {
+    bool is_last = side <= QJ_BOUNCE_LAST;
+    int2 next = convert_int2(floor(at / (2 * width) + (real)0.5)) - half_window / 2;
+    int2 low = max(2 * next, 0), high = min(2 * next + 2 * half_window, side);
+    if (is_last) low = (int2)(0), high = (int2)(side);
+    real texel = width * light[QJ_LIGHT_TEXEL];
+    real3 sum = (real3)(0);
+    for (int y = low.y + (part.y + samples - low.y % samples) % samples; y < high.y; y += samples) {
+      for (int x = low.x + (part.x + samples - low.x % samples) % samples; x < high.x;
+           x += samples) {
+        uint2 in_hole = (uint2)((uint)(x - hole.x), (uint)(y - hole.y));
+        global const real* t = texels + (y * side + x) * QJ_BOUNCE_SIZE;
+        if (max(in_hole.x, in_hole.y) < (uint)hole_size || t[QJ_BOUNCE_DEPTH] < 0) continue;
+        real2 away = ((real2)((real)x, (real)y) + (real)0.5) * width - at;
+        real3 w = away.x * across + away.y * down + (t[QJ_BOUNCE_DEPTH] - depth) * along;
+        real cosines =
+            fmax(dot(n, w), (real)0) * fmax(-dot(real3_at(t + QJ_BOUNCE_NORMAL), w), (real)0);
+        real d2 = dot(w, w) + square((real)0.25 * texel);
+        sum += (cosines / (d2 * d2)) * real3_at(t + QJ_BOUNCE_ALBEDO);
+      }
+    }
+    all += (texel * texel) * sum;
+    if (is_last) break;
+    texels += side * side * QJ_BOUNCE_SIZE;
+    hole = next;
+    hole_size = half_window;
+    width *= 2;
+  }
+  return ((real)(samples * samples) * (real)0.318309886) * all;
+}
+
+// What lamps' light, sent on by the shape, gives to each receiver before the ground's.
+kernel void bounce_light(qj_light_arguments with, real strength,
+                         global const real* restrict receivers, global const real* restrict lights,
+                         global const real* restrict texels, global real* restrict light) {
+  int r = (int)get_global_id(0);
+  if (r >= with.ground) return;
+  real3 p = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_POINT);
+  real3 n = real3_at(receivers + (size_t)r * QJ_RECEIVER_SIZE + QJ_RECEIVER_NORMAL);
+  int i = r % with.wide % with.samples, j = r / with.wide % with.samples;
+  int lamps = dot(n, n) > 0 ? with.lamps : 0;
+  real3 sum = (real3)(0);
+  for (int lamp = 0; lamp < lamps; ++lamp) {
+    global const real* from = lights + lamp * QJ_LIGHT_SIZE;
+    sum += real3_at(from + QJ_LIGHT_COLOR) *
+           bounced(p, n, from, texels + (int)from[QJ_LIGHT_BOUNCE], with.samples, (int2)(i, j));
+  }
+  put_real3(light + 3 * (size_t)r, strength * sum);
+}
+
 // The share of light from `from` that arrives at a point through the shape: it falls to 1/e in
 // `thin`, and comes from texels as far around as that. The point lies on the surface, so that the
 // way through is what the map sees before it.

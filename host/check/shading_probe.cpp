@@ -60,9 +60,9 @@ std::vector<Rgb> ShadingProbe::radiance(const Device& device,
                   context.upload<float>(repeated(1, count)), context.upload<float>(packed_normals),
                   context.upload<float>(repeated(0, 1)), context.upload<float>(lights),
                   context.upload<float>(reals), context.upload<float>(picture::reflectance_table()),
-                  context.upload<float>(repeated(0, 1)),
-                  context.upload<float>(repeated(0, 1)), context.upload<float>(sky),
-                  context.upload<float>(seen), pixels});
+                  context.upload<float>(repeated(0, 1)), context.upload<float>(repeated(0, 1)),
+                  context.upload<float>(sky), context.upload<float>(seen),
+                  context.upload<float>(repeated(0, 1)), pixels});
   std::vector<float> found(count * QJ_PIXEL_SIZE);
   context.read(pixels, std::span(found));
   std::vector<Rgb> radiances;

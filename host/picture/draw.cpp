@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "layout/picture_layout.h"
+#include "picture/bounce.hpp"
 #include "picture/depth_grid.hpp"
 #include "picture/lens.hpp"
 #include "picture/near_shadow.hpp"
@@ -201,6 +202,23 @@ std::vector<float> Studio::Impl::traits_of(const View& view, const Strip& strip)
   return traits;
 }
 
+std::vector<std::vector<float>> Studio::Impl::bounces(std::span<const Light> lamps) const {
+  std::vector<std::vector<float>> all;
+  if (options.light.bounce == 0) return all;
+  for (const Light& lamp : lamps) {
+    const LitSurface lit = lit_surface(lamp, normals_of(device, lamp.view, lamp.depths));
+    const std::vector<float> traits =
+        traits_of(lit.view, {.rows = lit.view.rows, .samples = 1, .depths = lit.depths});
+    std::vector<Rgb> albedo(lit.depths.size(), options.palette.clay);
+    for (std::size_t i = 0; i < traits.size(); ++i) {
+      const auto place = static_cast<double>(traits[i]);
+      albedo[i] = place < 0 ? -place * albedo[i] : color_at(options.palette, place);
+    }
+    all.push_back(bounce_levels(lit, albedo));
+  }
+  return all;
+}
+
 void Studio::Impl::light_sky(Work& work) {
   const TraceStage stage(work.monitor.trace, "sky");
   for (Light& light : sky) {
@@ -347,7 +365,7 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   if (has_material()) {
     range = options.range ? *options.range : range_over(shown(view, kShownRays), options.material);
   }
-  const Shading shading(device, scene(), ground_light, lamps, sky);
+  const Shading shading(device, scene(), ground_light, lamps, sky, bounces(lamps));
   exposure = options.exposure ? *options.exposure : metered(view, shading);
 
   LayeredImage picture{.image = {options.width, options.height, {}}, .layers = {}};

@@ -30,6 +30,14 @@ double share_of(const MaterialRange& range, double trait) {
   return std::clamp((part + (trait - low) / (range.high - low)) / parts, 0.0, 1.0);
 }
 
+Rgb color_at(const Palette& palette, double share) {
+  const auto last = static_cast<double>(palette.stops.size() - 1);
+  const double way = last * std::clamp(share, 0.0, 1.0);
+  const auto stop = static_cast<std::size_t>(std::min(std::floor(way), last - 1));
+  const double rest = way - static_cast<double>(stop);
+  return (1 - rest) * palette.stops[stop] + rest * palette.stops[stop + 1];
+}
+
 double stratum_at(double way_inside) {
   // Depths at which the first ring ends, and at which half of the way to the core is done.
   constexpr double kRing = 0.012, kHalf = 0.06;

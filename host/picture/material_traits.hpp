@@ -36,6 +36,9 @@ std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& col
 /// The way through the palette, 0 … 1, to what the material shows.
 double share_of(const MaterialRange& range, double trait);
 
+/// Through the palette's colours, 0 … 1, in linear light as pictures go.
+Rgb color_at(const Palette& palette, double share);
+
 /// The position in the palette, 0 … 1, on a cut face at this depth below the surface, in diagonals
 /// of the shape's box. It starts at the palette's end at the rim and goes inward, with rings that
 /// are wider the deeper they lie.

@@ -344,6 +344,15 @@ std::vector<PictureSetting> light_settings() {
          .help = "Degrees that `environment` is turned about the up axis, as `azimuth` turns the "
                  "camera"},
         [](PictureOptions& p) -> ValuePlace { return &p.light.environment_turn; }}},
+      {{{.name = "bounce",
+         .values = "NUMBER",
+         .least = 0,
+         .most = 10,
+         .example = "1",
+         .help =
+             "How strongly the set lights itself with what it gets of the lamps' light, so that "
+             "grooves glow in its colour: 1 is as in nature, after one reflection"},
+        [](PictureOptions& p) -> ValuePlace { return &p.light.bounce; }}},
       {{{.name = "exposure",
          .values = "STOPS",
          .least = -20,

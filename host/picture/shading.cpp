@@ -171,16 +171,39 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::span<con
   return ground;
 }
 
+std::vector<float> normals_of(const Device& device, const View& view,
+                              const std::vector<float>& depths) {
+  device::Context& context = device.context();
+  const auto normals = context.allocate<float>(3 * depths.size());
+  context.launch(
+      context.kernel("shade.cl", "normals_of_depth", {1, Precision::single, {}}),
+      tiles(view.columns, view.rows),
+      {context.upload_real(view.packed(), Precision::single), view.columns, 0, view.rows,
+       context.upload<float>(depths),
+       device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
+  std::vector<float> found(3 * depths.size());
+  context.read(normals, std::span(found));
+  return found;
+}
+
 Shading::Shading(const Device& device, const Scene& scene, const GroundLight& ground,
-                 std::span<const Light> lamps, std::span<const Light> sky)
+                 std::span<const Light> lamps, std::span<const Light> sky,
+                 std::span<const std::vector<float>> bounces)
     : device_(device),
       lamps_count_(static_cast<int>(lamps.size())),
       lights_count_(static_cast<int>(lamps.size() + sky.size())),
-      thin_(scene.matter.wax * kThin * scene.radius) {
+      thin_(scene.matter.wax * kThin * scene.radius),
+      bounce_(bounces.empty() ? 0 : scene.bounce) {
   device::Context& context = device.context();
   std::vector<Light> lights(lamps.begin(), lamps.end());
   lights.insert(lights.end(), sky.begin(), sky.end());
-  const auto [reals, atlas] = packed(lights);
+  auto [reals, atlas] = packed(lights);
+  std::vector<float> texels(bounces.empty() ? 1 : 0);
+  for (std::size_t i = 0; i < bounces.size(); ++i) {
+    reals[i * QJ_LIGHT_SIZE + QJ_LIGHT_BOUNCE] = static_cast<float>(texels.size());
+    texels.insert(texels.end(), bounces[i].begin(), bounces[i].end());
+  }
+  bounces_ = context.upload<float>(texels);
   lights_ = context.upload<float>(reals);
   maps_ = context.upload<float>(atlas);
   std::vector<float> reals_of_scene = packed(scene, ground);
@@ -188,6 +211,7 @@ Shading::Shading(const Device& device, const Scene& scene, const GroundLight& gr
   if (scene.around != nullptr) {
     around = environment_maps(scene.around->light, scene.rig.fill * scene.rig.fill_color.linear());
   }
+  reals_of_scene[QJ_SCENE_BOUNCE] = static_cast<float>(bounce_);
   reals_of_scene[QJ_SCENE_AROUND_WIDTH] = static_cast<float>(around.width);
   reals_of_scene[QJ_SCENE_AROUND_HEIGHT] = static_cast<float>(around.height);
   scene_ = context.upload<float>(reals_of_scene);
@@ -200,6 +224,7 @@ Shading::Shading(const Device& device, const Scene& scene, const GroundLight& gr
   ground_receivers_ = context.kernel("shade.cl", "ground_receivers", options);
   sky_light_ = context.kernel("shade.cl", "sky_light", options);
   lamp_light_ = context.kernel("shade.cl", "lamp_light", options);
+  bounce_light_ = context.kernel("shade.cl", "bounce_light", options);
   radiance_ = context.kernel("develop.cl", "pixel_radiance", options);
   develop_ = context.kernel("develop.cl", "develop_pixels", options);
   incident_ = context.kernel("develop.cl", "incident_light", options);
@@ -209,7 +234,7 @@ Shading::Shading(const Device& device, const Scene& scene, const GroundLight& gr
 struct Shading::Received {
   device::Argument strip, light;  ///< arguments of kernels
   device::RealBuffer view;
-  device::Buffer<float> depths, normals, receivers, sky, lamps;
+  device::Buffer<float> depths, normals, receivers, sky, lamps, bounce;
 };
 
 Shading::Received Shading::receive(const View& view, const Strip& strip) const {
@@ -245,7 +270,8 @@ Shading::Received Shading::receive(const View& view, const Strip& strip) const {
       .receivers = context.allocate<float>(QJ_RECEIVER_SIZE * count),
       .sky = context.allocate<float>(QJ_RECEIVED_SIZE * static_cast<std::size_t>(samples)),
       .lamps = context.allocate<float>(QJ_LAMP_SIZE * count *
-                                       static_cast<std::size_t>(std::max(1, lamps_count_)))};
+                                       static_cast<std::size_t>(std::max(1, lamps_count_))),
+      .bounce = context.allocate<float>(bounce_ > 0 ? 3 * static_cast<std::size_t>(samples) : 1)};
   context.launch(
       normals_, tiles(wide, deep),
       {received.view, wide, strip.first_row * strip.samples - strip.halo, deep, received.depths,
@@ -265,6 +291,11 @@ Shading::Received Shading::receive(const View& view, const Strip& strip) const {
                    {device::Argument::of(light), received.strip, near_shadow, received.receivers,
                     lights_, maps_, received.lamps});
   }
+  if (bounce_ > 0) {
+    context.launch(bounce_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
+                   {received.light, device::Argument::real(bounce_, Precision::single),
+                    received.receivers, lights_, bounces_, received.bounce});
+  }
   return received;
 }
 
@@ -274,9 +305,10 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) c
   const int columns = view.columns / strip.samples;
   const auto traits = context.upload<float>(strip.traits);
   const auto pixels = context.allocate<float>(QJ_PIXEL_SIZE * index(0, strip.rows, columns));
-  context.launch(radiance_, tiles(columns, strip.rows),
-                 {received.strip, received.view, received.depths, received.normals, traits, lights_,
-                  scene_, reflectance_, around_, ground_, received.sky, received.lamps, pixels});
+  context.launch(
+      radiance_, tiles(columns, strip.rows),
+      {received.strip, received.view, received.depths, received.normals, traits, lights_, scene_,
+       reflectance_, around_, ground_, received.sky, received.lamps, received.bounce, pixels});
   Shaded shaded;
   shaded.pixels.resize(pixels.size());
   context.read(pixels, std::span(shaded.pixels));

@@ -29,6 +29,7 @@ struct Scene {
   CameraAxes around_axes{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(),
                          Eigen::Vector3d::UnitZ()};
   ToneCurve tone = ToneCurve::neutral;
+  double bounce = 0;  ///< strength of what the shape sends on of the lamps' light
 };
 
 /// Shares of the open sky's light that reach points of the ground. The points lie in a square about
@@ -47,6 +48,10 @@ struct GroundLight {
 /// @param sky with depth maps. @param fineness as for lights.
 GroundLight ground_light(const Device& device, const Scene& scene, std::span<const Light> sky,
                          double fineness);
+
+/// Normals of a view's depths, 3 numbers each.
+std::vector<float> normals_of(const Device& device, const View& view,
+                              const std::vector<float>& depths);
 
 /// What kernels know of them, as layout/picture_layout.h says.
 std::vector<float> packed(const Scene& scene, const GroundLight& ground);
@@ -81,8 +86,10 @@ struct Developed {
 class Shading {
  public:
   /// @param lamps the key light first. @param sky lights as well; all with depth maps.
+  /// @param bounces `bounce_levels` of each lamp, where the scene has a bounce.
   Shading(const Device& device, const Scene& scene, const GroundLight& ground,
-          std::span<const Light> lamps, std::span<const Light> sky);
+          std::span<const Light> lamps, std::span<const Light> sky,
+          std::span<const std::vector<float>> bounces = {});
 
   /// @param with_normals else there are none.
   Shaded shade(const View& view, const Strip& strip, bool with_normals) const;
@@ -102,10 +109,10 @@ class Shading {
 
   Device device_;
   int lamps_count_, lights_count_;
-  double thin_;
-  device::Buffer<float> lights_, maps_, scene_, ground_, reflectance_, around_;
-  device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, lamp_light_, radiance_,
-      develop_, incident_;
+  double thin_, bounce_;
+  device::Buffer<float> lights_, maps_, scene_, ground_, reflectance_, around_, bounces_;
+  device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, lamp_light_,
+      bounce_light_, radiance_, develop_, incident_;
 };
 
 }  // namespace qjulia::picture

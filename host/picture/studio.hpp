@@ -101,7 +101,8 @@ struct Studio::Impl {
             rig,
             environment ? &*environment : nullptr,
             environment ? environment->axes(*options.camera.up) : picture::Scene{}.around_axes,
-            options.tone};
+            options.tone,
+            options.light.bounce};
   }
   /// The box whose faces, where they cut the set, have colours of their own; empty for heights and
   /// factors, which continue inside the set.
@@ -113,6 +114,8 @@ struct Studio::Impl {
   /// What colours the strip's samples: a position in the palette, or, if below 0, minus the
   /// lightness of clay. Empty where all is plain clay.
   std::vector<float> traits_of(const picture::View& view, const picture::Strip& strip) const;
+  /// What each lamp lights of the set, as lights; none without a bounce.
+  std::vector<std::vector<float>> bounces(std::span<const picture::Light> lamps) const;
   void take_depths(picture::Light& light) const {
     light.depths = source->depths(light.view, 0, light.view.rows);
   }

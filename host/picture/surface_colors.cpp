@@ -93,13 +93,8 @@ double abrupt_share_of(const TriangleMesh& mesh, const std::vector<VertexColor>&
          static_cast<double>(std::max<std::size_t>(1, 3 * mesh.triangles.size()));
 }
 
-/// Through the palette's colours, in linear light as pictures go.
-VertexColor color_at(const Palette& palette, double share) {
-  const auto last = static_cast<double>(palette.stops.size() - 1);
-  const double way = last * std::clamp(share, 0.0, 1.0);
-  const auto stop = static_cast<std::size_t>(std::min(std::floor(way), last - 1));
-  const double rest = way - static_cast<double>(stop);
-  const Rgb color = (1 - rest) * palette.stops[stop] + rest * palette.stops[stop + 1];
+VertexColor vertex_color(const Palette& palette, double share) {
+  const Rgb color = color_at(palette, share);
   VertexColor bytes;
   for (std::size_t c = 0; c < bytes.size(); ++c) {
     bytes[c] = base::byte_of(base::srgb_encoded(color[static_cast<Eigen::Index>(c)]));
@@ -143,7 +138,7 @@ SurfaceColors surface_colors(const Device& device, const Map& map, const Triangl
     std::vector<VertexColor> colors;
     colors.reserve(values.size());
     for (const float value : values) {
-      colors.push_back(color_at(options.palette, share_of(found.range, double{value})));
+      colors.push_back(vertex_color(options.palette, share_of(found.range, double{value})));
     }
     return colors;
   };

@@ -38,6 +38,9 @@ struct Lighting {
   /// light takes the place of the rig's, `fill` and `fill_color` multiply it, and lamps are those
   /// above alone. Empty: none.
   std::string environment{};
+  /// How strongly the set lights itself with what it gets of the lamps' light; 1 is as much as in
+  /// nature, after one reflection.
+  double bounce = 0;
   double environment_turn = 0;  ///< degrees about the up axis, as a camera's azimuth turns
 
   /// The rig with what is different. Lamps of no strength are left out.

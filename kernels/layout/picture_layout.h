@@ -34,7 +34,16 @@
 #define QJ_LIGHT_TEXEL 19     /* width of a texel */
 #define QJ_LIGHT_MAP_SIZE 20  /* texels a side */
 #define QJ_LIGHT_MAP_FIRST 21 /* index of its first texel in the atlas of all maps */
-#define QJ_LIGHT_SIZE 22
+#define QJ_LIGHT_BOUNCE 22    /* of a lamp: index of the first of the texels that send its light on */
+#define QJ_LIGHT_SIZE 23
+
+/* What a lamp's map sees of the shape, as lights: squares of texels, the first of half the map's
+   side, each next one half as fine, sides rounded up. */
+#define QJ_BOUNCE_LAST 8   /* the last has this many or fewer a side */
+#define QJ_BOUNCE_DEPTH 0  /* along the map's rays; QJ_NO_HIT where nothing is */
+#define QJ_BOUNCE_NORMAL 1 /* mean over the texel, with 0 where nothing is */
+#define QJ_BOUNCE_ALBEDO 4
+#define QJ_BOUNCE_SIZE 7
 
 /* The scene around the shape. */
 #define QJ_SCENE_UP 0     /* unit */
@@ -77,7 +86,8 @@
 #define QJ_SCENE_AROUND_HEIGHT (QJ_SCENE_AROUND_WIDTH + 1)
 #define QJ_SCENE_AROUND_RIGHT (QJ_SCENE_AROUND_WIDTH + 2)
 #define QJ_SCENE_AROUND_BACK (QJ_SCENE_AROUND_WIDTH + 5)
-#define QJ_SCENE_SIZE (QJ_SCENE_AROUND_WIDTH + 8)
+#define QJ_SCENE_BOUNCE (QJ_SCENE_AROUND_WIDTH + 8) /* strength; 0: there are no such texels */
+#define QJ_SCENE_SIZE (QJ_SCENE_BOUNCE + 1)
 
 /* Radiance of the surroundings, three reals a texel: what is seen; the same without the sun; then
    maps of the size below, blurred as surfaces of roughness 1 / levels, 2 / levels ... 1 reflect it,

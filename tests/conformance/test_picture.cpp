@@ -441,8 +441,8 @@ TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball tha
   const Device device = test::shared_device();
   const double fineness = GENERATE(0.2, 1.0);
   const auto source = picture::mesh_source(shapes::sphere(4));
-  auto sky =
-      picture::sky_lights(rig_named(RigName::studio), nullptr, UpAxis::y, source->bounds(), fineness, 64);
+  auto sky = picture::sky_lights(rig_named(RigName::studio), nullptr, UpAxis::y, source->bounds(),
+                                 fineness, 64);
   for (auto& light : sky) light.depths = source->depths(light.view, 0, light.view.rows);
   picture::Scene scene;
   scene.ground = -1;

@@ -315,7 +315,7 @@ RUNS = {
     "render": [
         Run("f.qjulia.json", {"--output": "k.png", "--samples": "1", "--cut": "z=90%", "--material": "groove",
                               "--palette": "102030,405060", "--lamp": "10,20,1.5,3200K,5", "--range": "0,0.2,0.5,1",
-                              "--background": "ff8000", "--environment": "evening", "--environment-turn": "90",
+                              "--background": "ff8000", "--environment": "evening", "--environment-turn": "90", "--bounce": "1",
                               "--no-ground": None, "--keep-loose": None,
                               "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},
             {"--range": lambda done, value: done.json["made_with"]["picture"]["range"] == [0, 0.2, 0.5, 1],
@@ -475,7 +475,7 @@ def toml_of(table, mesh):
 VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "palette": "ice", "steady": "1",
         "keep-loose": "1", "exact": "1", "ground": "0"}
 # Names that change pictures only where others are given, too: `glow` takes its place on a palette.
-VIEW_NEEDS = {"focus": {"aperture": "0.5"}, "glow": {"material": "trap"}, "glow-from": {"material": "trap", "glow": "2"},
+VIEW_NEEDS = {"environment-turn": {"environment": "evening"}, "focus": {"aperture": "0.5"}, "glow": {"material": "trap"}, "glow-from": {"material": "trap", "glow": "2"},
               "range": {"material": "trap"}}
 # Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below",
