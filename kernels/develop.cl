@@ -58,19 +58,33 @@ static inline real3 ground_share(qj_strip_arguments strip, real3 origin, real3 d
   return mix(share, (real3)(1), smoothstep((real)4, (real)6, away));
 }
 
+// The share of the glow at a place of the palette.
+static inline real glowing(global const real* restrict scene, real place) {
+  real way = scene[QJ_SCENE_GLOW_FULL] - scene[QJ_SCENE_GLOW_FROM];
+  real share = (place - scene[QJ_SCENE_GLOW_FROM]) / (fabs(way) < (real)1e-3f ? (real)1e-3f : way);
+  return place < 0 ? (real)0 : smoothstep((real)0, (real)1, share);
+}
+
+static inline void add_part(global real* at, real3 v) {
+  at[0] += v.x;
+  at[1] += v.y;
+  at[2] += v.z;
+}
+
 // Work-items of these kernels: (column, row), a pixel of the strip.
 
 // What each pixel shows, before it is developed. depth, normal: samples of the strip and more;
 // trait: as many, where there are any: below 0, how light clay is. lamps: those of the lights.
 // ground: the sky's light on points of it. sky, seen: what the strip's receivers get of the sky and
-// of the lamps.
+// of the lamps. parts: what radiance is made of, where the strip has parts.
 kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict view,
                            global const real* restrict depth, global const real* restrict normal,
                            global const real* restrict trait, global const real* restrict lamps,
                            global const real* restrict scene, global const real* restrict table,
                            global const real* restrict around, global const real* restrict ground,
                            global const real* restrict sky, global const real* restrict seen,
-                           global const real* restrict bounce, global real* restrict pixels) {
+                           global const real* restrict bounce, global real* restrict pixels,
+                           global real* restrict parts) {
   int column = (int)get_global_id(0), row = (int)get_global_id(1);
   if (column >= strip.columns || row >= strip.rows) return;
   int samples = strip.samples, wide = strip.columns * samples;
@@ -78,7 +92,10 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
   size_t receivers = of_samples + (size_t)strip.columns * (size_t)strip.rows;
   real3 sum = (real3)(0);
   real shown = 0;
-  int misses = 0;
+  int misses = 0, part_size = QJ_PART_LAMPS + 3 * strip.lamps;
+  global real* part =
+      parts + (size_t)(strip.has_parts ? row * strip.columns + column : 0) * part_size;
+  for (int i = 0; strip.has_parts && i < part_size; ++i) part[i] = 0;
   for (int s = 0; s < samples * samples; ++s) {
     int i = column * samples + s % samples;
     int j = row * samples + s / samples;
@@ -96,7 +113,7 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
     if (strip.has_traits) {
       real place = trait[index];
       albedo = place < 0 ? -place * albedo : trait_albedo(place, scene);
-      glow = scene[QJ_SCENE_GLOW] * smoothstep(scene[QJ_SCENE_GLOW_FROM], (real)1, place) * albedo;
+      glow = scene[QJ_SCENE_GLOW] * glowing(scene, place) * albedo;
     }
     matter m = matter_of(scene, albedo);
     size_t receiver = (size_t)(j * wide + i);
@@ -108,20 +125,31 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
       open_sky = around_at(blurred_around(scene, around, QJ_ENVIRONMENT_LEVELS),
                            QJ_ENVIRONMENT_WIDTH, QJ_ENVIRONMENT_HEIGHT, around_place(scene, n));
     }
-    real3 sent = glow + sent_of_sky(m, n, -direction, open, open_sky, scene, around, table);
-    for (int lamp = 0; lamp < strip.lamps; ++lamp) {
-      global const real* light = lamps + lamp * QJ_LIGHT_SIZE;
-      global const real* arrived = seen + (lamp * receivers + receiver) * QJ_LAMP_SIZE;
-      sent += sent_of_lamp(m, n, -direction, real3_at(light + QJ_LIGHT_DIRECTION),
-                           real3_at(light + QJ_LIGHT_COLOR), light[QJ_LIGHT_SOFTNESS],
-                           arrived[QJ_LAMP_SEEN], arrived[QJ_LAMP_THROUGH], table);
-    }
-    if (scene[QJ_SCENE_BOUNCE] > 0) {
-      sent += sent_of_bounce(m, n, -direction, real3_at(bounce + 3 * receiver), table);
-    }
     real3 to_center = real3_at(scene + QJ_SCENE_CENTER) - eye;
     real behind = t / scene[QJ_SCENE_RADIUS] - length(to_center) / scene[QJ_SCENE_RADIUS] + 1;
     real left = exp(scene[QJ_SCENE_FOG] * fmax(behind, (real)0));
+    real weight = left / (real)(samples * samples);
+    real3 of_sky = sent_of_sky(m, n, -direction, open, open_sky, scene, around, table);
+    real3 sent = glow + of_sky;
+    if (strip.has_parts) {
+      add_part(part + QJ_PART_ALBEDO, weight * albedo);
+      add_part(part + QJ_PART_SKY, weight * of_sky);
+      add_part(part + QJ_PART_GLOW, weight * glow);
+    }
+    for (int lamp = 0; lamp < strip.lamps; ++lamp) {
+      global const real* light = lamps + lamp * QJ_LIGHT_SIZE;
+      global const real* arrived = seen + (lamp * receivers + receiver) * QJ_LAMP_SIZE;
+      real3 of_lamp = sent_of_lamp(m, n, -direction, real3_at(light + QJ_LIGHT_DIRECTION),
+                                   real3_at(light + QJ_LIGHT_COLOR), light[QJ_LIGHT_SOFTNESS],
+                                   arrived[QJ_LAMP_SEEN], arrived[QJ_LAMP_THROUGH], table);
+      sent += of_lamp;
+      if (strip.has_parts) add_part(part + QJ_PART_LAMPS + 3 * lamp, weight * of_lamp);
+    }
+    if (scene[QJ_SCENE_BOUNCE] > 0) {
+      real3 of_bounce = sent_of_bounce(m, n, -direction, real3_at(bounce + 3 * receiver), table);
+      sent += of_bounce;
+      if (strip.has_parts) add_part(part + QJ_PART_BOUNCE, weight * of_bounce);
+    }
     sum += left * sent;
     shown += left;
   }
@@ -157,6 +185,37 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
   pixel[QJ_PIXEL_GROUND + 2] = share.z;
 }
 
+// Radiance of what is behind the shape where that is lit, as it is seen through a pixel.
+static inline real3 lit_behind(qj_strip_arguments strip, int column, int row,
+                               global const real* restrict scene, global const real* pixel) {
+  real3 light = real3_at(pixel + QJ_PIXEL_GROUND);
+  if (scene[QJ_SCENE_BACKDROP] != QJ_BACKDROP_STUDIO) return light;
+  real2 middle = (real2)((real)strip.columns, (real)strip.rows_in_all) / 2;
+  real2 place = (real2)((real)column + (real)0.5, (real)(row + strip.first_row) + (real)0.5);
+  return light * wall((place - middle) / fmin(middle.x, middle.y)) *
+         real3_at(scene + QJ_SCENE_WALL_LIGHT);
+}
+
+// What is behind the shape in each pixel, linear and before the tone curve, and how opaque the
+// pixel is.
+kernel void behind_pixels(qj_strip_arguments strip, real exposure,
+                          global const real* restrict scene, global const real* restrict pixels,
+                          global real* restrict rgba) {
+  int column = (int)get_global_id(0), row = (int)get_global_id(1);
+  if (column >= strip.columns || row >= strip.rows) return;
+  size_t number = (size_t)row * (size_t)strip.columns + (size_t)column;
+  global const real* pixel = pixels + number * QJ_PIXEL_SIZE;
+  int behind = (int)scene[QJ_SCENE_BACKDROP];
+  real3 light = exposure * lit_behind(strip, column, row, scene, pixel);
+  real3 shadow = real3_at(pixel + QJ_PIXEL_GROUND);
+  if (behind == QJ_BACKDROP_PLAIN) light = shadow * real3_at(scene + QJ_SCENE_COLOR);
+  if (behind == QJ_BACKDROP_NONE) light = (real3)(0);
+  rgba[4 * number] = light.x;
+  rgba[4 * number + 1] = light.y;
+  rgba[4 * number + 2] = light.z;
+  rgba[4 * number + 3] = behind == QJ_BACKDROP_NONE ? 1 - luminance(shadow) : (real)1;
+}
+
 // sRGB bytes of the strip's pixels, each with how opaque it is. The shape and what is behind it are
 // developed apart, so that a plain background has exactly its color. exposure: what radiance is
 // multiplied by.
@@ -177,13 +236,7 @@ kernel void develop_pixels(qj_strip_arguments strip, real exposure,
     real weight = part == 0 ? shown : is_lit ? 1 - shown : (real)0;
     if (weight <= 0) continue;
     real3 radiance = real3_at(pixel + QJ_PIXEL_RADIANCE);
-    if (part == 1) radiance = behind_light;
-    if (part == 1 && behind == QJ_BACKDROP_STUDIO) {
-      real2 middle = (real2)((real)strip.columns, (real)strip.rows_in_all) / 2;
-      real2 place = (real2)((real)column + (real)0.5, (real)(row + strip.first_row) + (real)0.5);
-      radiance *=
-          wall((place - middle) / fmin(middle.x, middle.y)) * real3_at(scene + QJ_SCENE_WALL_LIGHT);
-    }
+    if (part == 1) radiance = lit_behind(strip, column, row, scene, pixel);
     sum += weight * tone_mapped(tone, exposure * radiance / weight);
   }
   real opaque = 1;

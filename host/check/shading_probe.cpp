@@ -25,7 +25,8 @@ qj_strip_arguments<float> row_of(std::size_t pixels, std::size_t lamps) {
           .halo = 0,
           .lamps = static_cast<std::int32_t>(lamps),
           .has_traits = 0,
-          .has_near_shadow = 0};
+          .has_near_shadow = 0,
+          .has_parts = 0};
 }
 
 }  // namespace
@@ -53,16 +54,17 @@ std::vector<Rgb> ShadingProbe::radiance(const Device& device,
   std::vector<float> lights = picture::packed(lamps).reals;
   lights.resize(std::max<std::size_t>(lights.size(), QJ_LIGHT_SIZE));
   const auto pixels = context.allocate<float>(count * QJ_PIXEL_SIZE);
-  context.launch(context.kernel("develop.cl", "pixel_radiance", {1, Precision::single, {}}),
-                 {{count, 1, 1}, {}},
-                 {device::Argument::of(row_of(count, lamps.size())),
-                  context.upload_real(view.packed(), Precision::single),
-                  context.upload<float>(repeated(1, count)), context.upload<float>(packed_normals),
-                  context.upload<float>(repeated(0, 1)), context.upload<float>(lights),
-                  context.upload<float>(reals), context.upload<float>(picture::reflectance_table()),
-                  context.upload<float>(repeated(0, 1)), context.upload<float>(repeated(0, 1)),
-                  context.upload<float>(sky), context.upload<float>(seen),
-                  context.upload<float>(repeated(0, 1)), pixels});
+  context.launch(
+      context.kernel("develop.cl", "pixel_radiance", {1, Precision::single, {}}),
+      {{count, 1, 1}, {}},
+      {device::Argument::of(row_of(count, lamps.size())),
+       context.upload_real(view.packed(), Precision::single),
+       context.upload<float>(repeated(1, count)), context.upload<float>(packed_normals),
+       context.upload<float>(repeated(0, 1)), context.upload<float>(lights),
+       context.upload<float>(reals), context.upload<float>(picture::reflectance_table()),
+       context.upload<float>(repeated(0, 1)), context.upload<float>(repeated(0, 1)),
+       context.upload<float>(sky), context.upload<float>(seen),
+       context.upload<float>(repeated(0, 1)), pixels, context.upload<float>(repeated(0, 1))});
   std::vector<float> found(count * QJ_PIXEL_SIZE);
   context.read(pixels, std::span(found));
   std::vector<Rgb> radiances;

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
@@ -78,9 +80,16 @@ std::vector<float> traits_at(DepthSource& source, const Coloring& coloring,
                          coloring, points, std::span(&pixel, 1));
 }
 
-/// What the strip's pixels show, added to `layers`.
-void add_layers(const View& view, const Strip& strip, const std::vector<float>& normals,
-                const ShapeToMap& to_scene, PictureLayers& layers) {
+/// Adds the numbers to a layer.
+template <class... Number>
+void add_numbers(std::vector<float>& layer, Number... numbers) {
+  (layer.push_back(static_cast<float>(numbers)), ...);
+}
+
+/// What is seen in the middles of the strip's pixels, added to `layers`.
+void add_seen(const View& view, const Strip& strip, const std::vector<float>& normals,
+              const ShapeToMap& to_scene, PictureLayers& layers) {
+  constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
   const int columns = view.columns / strip.samples;
   for (int row = 0; row < strip.rows; ++row) {
     for (int column = 0; column < columns; ++column) {
@@ -88,19 +97,89 @@ void add_layers(const View& view, const Strip& strip, const std::vector<float>& 
       const int j = row * strip.samples + strip.samples / 2;
       const std::size_t sample = index(i, j + strip.halo, view.columns);
       const float depth = strip.depths[sample];
+      if (!strip.traits.empty()) {
+        add_numbers(layers.value, depth < 0 ? -1.0F : std::max(strip.traits[sample], -1.0F));
+      }
       if (depth < 0) {
-        layers.depth.push_back(std::numeric_limits<float>::infinity());
-        layers.normal.insert(layers.normal.end(), 3, 0.0F);
-        layers.position.insert(layers.position.end(), 3, std::numeric_limits<float>::quiet_NaN());
+        add_numbers(layers.depth, std::numeric_limits<float>::infinity());
+        add_numbers(layers.normal, 0, 0, 0);
+        add_numbers(layers.position, kNothing, kNothing, kNothing);
         continue;
       }
       const double x = i + 0.5, y = strip.first_row * strip.samples + j + 0.5;
       const Vector3d point = to_scene.to_shape(view.at(x, y, double{depth}));
-      layers.depth.push_back(depth / static_cast<float>(to_scene.scale));
-      const auto normal = normals.begin() + static_cast<std::ptrdiff_t>(3 * sample);
-      layers.normal.insert(layers.normal.end(), normal, normal + 3);
-      for (const double c : point) layers.position.push_back(static_cast<float>(c));
+      add_numbers(layers.depth, double{depth} / to_scene.scale);
+      const float* const normal = normals.data() + 3 * sample;
+      add_numbers(layers.normal, normal[0], normal[1], normal[2]);
+      add_numbers(layers.position, point.x(), point.y(), point.z());
     }
+  }
+}
+
+/// Shares of the strip's pixels that show the shape, the ground and faces of cuts. @param ground
+/// height along up; none: there is no ground.
+void add_masks(const View& view, const Strip& strip, const std::optional<Box>& part,
+               const Vector3d& up, std::optional<double> ground, PictureLayers& layers) {
+  const int samples = strip.samples, columns = view.columns / samples;
+  const int first_row = strip.first_row * samples - strip.halo;
+  const SeenPoints seen = seen_points(view, first_row, strip.depths, part);
+  std::vector<float> masks(3 * index(0, strip.rows, columns));
+  const float each = 1.0F / static_cast<float>(samples * samples);
+  const auto add = [&](std::size_t sample, std::size_t mask) {
+    const int row = static_cast<int>(sample / static_cast<std::size_t>(view.columns)) - strip.halo;
+    const int column = static_cast<int>(sample % static_cast<std::size_t>(view.columns));
+    if (row < 0 || row >= strip.rows * samples) return;
+    masks[3 * index(column / samples, row / samples, columns) + mask] += each;
+  };
+  for (const std::size_t sample : seen.skin_numbers) add(sample, 0);
+  for (const std::size_t sample : seen.face_numbers) {
+    add(sample, 0);
+    add(sample, 2);
+  }
+  for (std::size_t i = 0; ground && i < strip.depths.size(); ++i) {
+    if (strip.depths[i] >= 0) continue;
+    const double x = static_cast<double>(i % static_cast<std::size_t>(view.columns)) + 0.5;
+    const double y =
+        first_row + static_cast<double>(i / static_cast<std::size_t>(view.columns)) + 0.5;
+    const bool is_below = view.direction(x, y).dot(up) < 0 && view.origin(x, y).dot(up) > *ground;
+    if (is_below) add(i, 1);
+  }
+  layers.mask.insert(layers.mask.end(), masks.begin(), masks.end());
+}
+
+/// What light is made of in a strip's pixels, and what is behind the shape, added to `layers`.
+void add_light(std::span<const float> pixels, std::span<const float> parts,
+               std::span<const float> behind, double exposure, PictureLayers& layers) {
+  const auto scale = static_cast<float>(exposure);
+  const std::size_t count = pixels.size() / QJ_PIXEL_SIZE, size = parts.size() / count;
+  const std::size_t lamps = (size - QJ_PART_LAMPS) / 3;
+  if (layers.light.empty()) {
+    for (std::size_t lamp = 1; lamp <= lamps; ++lamp) {
+      layers.light.push_back({fmt::format("lamp{}", lamp), {}});
+    }
+    for (const char* name : {"sky", "bounce", "emission", "background"}) {
+      layers.light.push_back({name, {}});
+    }
+  }
+  const auto add = [&](std::vector<float>& layer, const float* color, float by) {
+    add_numbers(layer, by * color[0], by * color[1], by * color[2]);
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* const pixel = pixels.data() + QJ_PIXEL_SIZE * i;
+    const float* const part = parts.data() + size * i;
+    const float* const back = behind.data() + 4 * i;
+    for (std::size_t lamp = 0; lamp < lamps; ++lamp) {
+      add(layers.light[lamp].color, part + QJ_PART_LAMPS + 3 * lamp, scale);
+    }
+    add(layers.light[lamps].color, part + QJ_PART_SKY, scale);
+    add(layers.light[lamps + 1].color, part + QJ_PART_BOUNCE, scale);
+    add(layers.light[lamps + 2].color, part + QJ_PART_GLOW, scale);
+    add(layers.light[lamps + 3].color, back, 1);
+    add(layers.albedo, part + QJ_PART_ALBEDO, 1);
+    for (std::size_t c = 0; c < 3; ++c) {
+      add_numbers(layers.beauty, scale * pixel[QJ_PIXEL_RADIANCE + c] + back[c]);
+    }
+    add_numbers(layers.beauty, back[3]);
   }
 }
 
@@ -261,7 +340,7 @@ void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamp
   }
   for (int row = 0; row < image.height; row += strip_rows) {
     const int rows = std::min(strip_rows, image.height - row);
-    std::vector<float> pixels(QJ_PIXEL_SIZE * index(0, rows, image.width));
+    std::vector<float> pixels(QJ_PIXEL_SIZE * index(0, rows, image.width)), parts;
     for (std::size_t i = 0; i < views.size(); ++i) {
       const View& view = views[i];
       Strip strip;
@@ -272,17 +351,30 @@ void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamp
       strip.traits = traits_of(view, strip);
       throw_if_stopped(work.monitor.stop);
       const TraceStage stage(work.monitor.trace, "shade");
-      const Shaded shaded = shading.shade(view, strip, with_layers && i == 0);
-      std::ranges::transform(pixels, shaded.pixels, pixels.begin(),
-                             [&](float sum, float value) { return sum + share * value; });
+      const Shaded shaded = shading.shade(view, strip, with_layers);
+      parts.resize(shaded.parts.size());
+      const auto add = [share](const std::vector<float>& more, std::vector<float>& sums) {
+        std::ranges::transform(sums, more, sums.begin(),
+                               [&](float sum, float value) { return sum + share * value; });
+      };
+      add(shaded.pixels, pixels);
+      add(shaded.parts, parts);
       if (i == 0) {
         image.covered += covered_pixels(view, strip);
-        if (with_layers) add_layers(view, strip, shaded.normals, to_scene, picture.layers);
+        if (with_layers) {
+          add_seen(view, strip, shaded.normals, to_scene, picture.layers);
+          add_masks(view, strip, part, direction(*options.camera.up),
+                    options.ground ? std::optional(ground) : std::nullopt, picture.layers);
+        }
       }
       work.did(cost(view) * rows / image.height);
     }
-    const Developed shown = shading.develop(pixels, row, image.width, image.height,
-                                            kBaseExposure * std::exp2(exposure));
+    const double scale = kBaseExposure * std::exp2(exposure);
+    const Developed shown = shading.develop(pixels, row, image.width, image.height, scale);
+    if (with_layers) {
+      add_light(pixels, parts, shading.behind(pixels, row, image.width, image.height, scale), scale,
+                picture.layers);
+    }
     image.pixels.insert(image.pixels.end(), shown.pixels.begin(), shown.pixels.end());
     if (options.background.kind == Backdrop::transparent) {
       image.alpha.insert(image.alpha.end(), shown.alpha.begin(), shown.alpha.end());

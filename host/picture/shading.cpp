@@ -117,6 +117,7 @@ std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
   set(QJ_SCENE_WAX, matter.wax);
   set(QJ_SCENE_GLOW, matter.glow);
   set(QJ_SCENE_GLOW_FROM, matter.glow_from);
+  set(QJ_SCENE_GLOW_FULL, matter.glow_full);
   set(QJ_SCENE_FOG, kFog * matter.fog);
   set(QJ_SCENE_TONE, number_of(scene.tone));
   return reals;
@@ -226,6 +227,7 @@ Shading::Shading(const Device& device, const Scene& scene, const GroundLight& gr
   lamp_light_ = context.kernel("shade.cl", "lamp_light", options);
   bounce_light_ = context.kernel("shade.cl", "bounce_light", options);
   radiance_ = context.kernel("develop.cl", "pixel_radiance", options);
+  behind_ = context.kernel("develop.cl", "behind_pixels", options);
   develop_ = context.kernel("develop.cl", "develop_pixels", options);
   incident_ = context.kernel("develop.cl", "incident_light", options);
 }
@@ -237,7 +239,7 @@ struct Shading::Received {
   device::Buffer<float> depths, normals, receivers, sky, lamps, bounce;
 };
 
-Shading::Received Shading::receive(const View& view, const Strip& strip) const {
+Shading::Received Shading::receive(const View& view, const Strip& strip, bool with_parts) const {
   device::Context& context = device_.context();
   const int wide = view.columns, deep = static_cast<int>(strip.depths.size()) / wide;
   const int columns = wide / strip.samples, sample_rows = strip.rows * strip.samples;
@@ -262,7 +264,8 @@ Shading::Received Shading::receive(const View& view, const Strip& strip) const {
                                     .halo = strip.halo,
                                     .lamps = lamps_count_,
                                     .has_traits = strip.traits.empty() ? 0 : 1,
-                                    .has_near_shadow = strip.near_shadow.empty() ? 0 : 1}),
+                                    .has_near_shadow = strip.near_shadow.empty() ? 0 : 1,
+                                    .has_parts = with_parts ? 1 : 0}),
       .light = device::Argument::of(light),
       .view = context.upload_real(view.packed(), Precision::single),
       .depths = context.upload<float>(strip.depths),
@@ -299,42 +302,69 @@ Shading::Received Shading::receive(const View& view, const Strip& strip) const {
   return received;
 }
 
-Shaded Shading::shade(const View& view, const Strip& strip, bool with_normals) const {
+Shaded Shading::shade(const View& view, const Strip& strip, bool with_layers) const {
   device::Context& context = device_.context();
-  const Received received = receive(view, strip);
+  const Received received = receive(view, strip, with_layers);
   const int columns = view.columns / strip.samples;
   const auto traits = context.upload<float>(strip.traits);
   const auto pixels = context.allocate<float>(QJ_PIXEL_SIZE * index(0, strip.rows, columns));
-  context.launch(
-      radiance_, tiles(columns, strip.rows),
-      {received.strip, received.view, received.depths, received.normals, traits, lights_, scene_,
-       reflectance_, around_, ground_, received.sky, received.lamps, received.bounce, pixels});
+  const auto part_size = static_cast<std::size_t>(QJ_PART_LAMPS + 3 * lamps_count_);
+  const auto parts =
+      context.allocate<float>(with_layers ? part_size * index(0, strip.rows, columns) : 1);
+  context.launch(radiance_, tiles(columns, strip.rows),
+                 {received.strip, received.view, received.depths, received.normals, traits, lights_,
+                  scene_, reflectance_, around_, ground_, received.sky, received.lamps,
+                  received.bounce, pixels, parts});
   Shaded shaded;
   shaded.pixels.resize(pixels.size());
   context.read(pixels, std::span(shaded.pixels));
-  if (with_normals) {
+  if (with_layers) {
+    shaded.parts.resize(parts.size());
+    context.read(parts, std::span(shaded.parts));
     shaded.normals.resize(received.normals.size());
     context.read(received.normals, std::span(shaded.normals));
   }
   return shaded;
 }
 
+namespace {
+
+/// Whole rows of a picture.
+qj_strip_arguments<float> rows_of_picture(std::span<const float> pixels, int first_row, int width,
+                                          int height, int lamps) {
+  return {.columns = width,
+          .rows_in_all = height,
+          .first_row = first_row,
+          .rows = static_cast<int>(pixels.size() / QJ_PIXEL_SIZE) / width,
+          .samples = 1,
+          .halo = 0,
+          .lamps = lamps,
+          .has_traits = 0,
+          .has_near_shadow = 0,
+          .has_parts = 0};
+}
+
+}  // namespace
+
+std::vector<float> Shading::behind(std::span<const float> pixels, int first_row, int width,
+                                   int height, double exposure) const {
+  device::Context& context = device_.context();
+  const auto strip = rows_of_picture(pixels, first_row, width, height, lamps_count_);
+  const auto light = context.allocate<float>(4 * pixels.size() / QJ_PIXEL_SIZE);
+  context.launch(behind_, tiles(width, strip.rows),
+                 {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
+                  scene_, context.upload<float>(pixels), light});
+  std::vector<float> found(light.size());
+  context.read(light, std::span(found));
+  return found;
+}
+
 Developed Shading::develop(std::span<const float> pixels, int first_row, int width, int height,
                            double exposure) const {
   device::Context& context = device_.context();
-  const std::size_t count = pixels.size() / QJ_PIXEL_SIZE;
-  const int rows = static_cast<int>(count) / width;
-  const auto bytes = context.allocate<std::uint8_t>(4 * count);
-  const qj_strip_arguments<float> strip{.columns = width,
-                                        .rows_in_all = height,
-                                        .first_row = first_row,
-                                        .rows = rows,
-                                        .samples = 1,
-                                        .halo = 0,
-                                        .lamps = lamps_count_,
-                                        .has_traits = 0,
-                                        .has_near_shadow = 0};
-  context.launch(develop_, tiles(width, rows),
+  const auto strip = rows_of_picture(pixels, first_row, width, height, lamps_count_);
+  const auto bytes = context.allocate<std::uint8_t>(4 * pixels.size() / QJ_PIXEL_SIZE);
+  context.launch(develop_, tiles(width, strip.rows),
                  {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
                   scene_, context.upload<float>(pixels), bytes});
   std::vector<std::uint8_t> rgba(bytes.size());
@@ -349,7 +379,7 @@ Developed Shading::develop(std::span<const float> pixels, int first_row, int wid
 
 std::vector<float> Shading::incident(const View& view, const Strip& strip) const {
   device::Context& context = device_.context();
-  const Received received = receive(view, strip);
+  const Received received = receive(view, strip, /*with_parts=*/false);
   const std::size_t count = index(0, strip.rows * strip.samples, view.columns);
   const auto light = context.allocate<float>(count);
   context.launch(

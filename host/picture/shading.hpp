@@ -75,6 +75,8 @@ struct Strip {
 struct Shaded {
   std::vector<float> pixels;   ///< before they are developed: layout/picture_layout.h
   std::vector<float> normals;  ///< 3 numbers a sample, of every row in the strip
+  /// What radiance is made of: for each pixel QJ_PART_LAMPS numbers and 3 for each lamp.
+  std::vector<float> parts;
 };
 
 /// Pixels as screens show them.
@@ -91,13 +93,17 @@ class Shading {
           std::span<const Light> lamps, std::span<const Light> sky,
           std::span<const std::vector<float>> bounces = {});
 
-  /// @param with_normals else there are none.
-  Shaded shade(const View& view, const Strip& strip, bool with_normals) const;
+  /// @param with_layers else there are no normals and no parts.
+  Shaded shade(const View& view, const Strip& strip, bool with_layers) const;
 
   /// @param pixels whole rows of a picture of this size, from `first_row` on. @param exposure what
   /// radiance is multiplied by.
   Developed develop(std::span<const float> pixels, int first_row, int width, int height,
                     double exposure) const;
+
+  /// What is behind the shape in these pixels, and how opaque they are: 4 numbers a pixel.
+  std::vector<float> behind(std::span<const float> pixels, int first_row, int width, int height,
+                            double exposure) const;
 
   /// The luminance of the light that arrives at each sample of the strip that shows the shape.
   std::vector<float> incident(const View& view, const Strip& strip) const;
@@ -105,14 +111,14 @@ class Shading {
  private:
   struct Received;
   /// Passes up to the light on receivers.
-  Received receive(const View& view, const Strip& strip) const;
+  Received receive(const View& view, const Strip& strip, bool with_parts) const;
 
   Device device_;
   int lamps_count_, lights_count_;
   double thin_, bounce_;
   device::Buffer<float> lights_, maps_, scene_, ground_, reflectance_, around_, bounces_;
   device::Kernel normals_, sample_receivers_, ground_receivers_, sky_light_, lamp_light_,
-      bounce_light_, radiance_, develop_, incident_;
+      bounce_light_, radiance_, develop_, behind_, incident_;
 };
 
 }  // namespace qjulia::picture

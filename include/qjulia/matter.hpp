@@ -10,8 +10,9 @@ struct Matter {
   double coat = 0;          ///< a clear, polished layer over it
   double sheen = 0;         ///< light on edges, as of velvet
   double wax = 0;           ///< how much light goes through what is thin
-  double glow = 0;          ///< what the upper part of the palette sends by itself, 0 to 10
-  double glow_from = 0.7;   ///< where on the palette that begins, below 1
+  double glow = 0;          ///< what a part of the palette sends by itself, 0 to 10
+  double glow_from = 0.7;   ///< where on the palette that begins
+  double glow_full = 1;     ///< where it is strongest; below `glow_from`, the lower part glows
   double fog = 0;           ///< how strongly the far side fades into the background
 };
 

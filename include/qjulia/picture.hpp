@@ -128,13 +128,27 @@ std::string to_text(const LookupReport& report);
 /// Its name above.
 const char* to_string(Material material);
 
-/// What is seen at the middle of each pixel, row by row from the top, in the shape's own units and
-/// coordinates. Nothing is filtered: where a pixel has several samples, they are the one nearest to
-/// its middle.
+/// What one source of light adds to a picture.
+struct LightLayer {
+  std::string name;          ///< "lamp1" and on, "sky", "bounce", "emission", "background"
+  std::vector<float> color;  ///< 3 a pixel
+};
+
+/// What each pixel shows, row by row from the top, in the shape's own units and coordinates.
+/// Depths, normals, positions and values are what is seen at the middle: where a pixel has several
+/// samples, the one nearest to it. All else is the mean over the pixel; colours are linear sRGB
+/// with the picture's exposure, before the tone curve, and those of the set are multiplied by how
+/// much of the pixel it covers.
 struct PictureLayers {
   std::vector<float> depth;     ///< along the ray, from the camera; infinity where nothing is
   std::vector<float> normal;    ///< 3 a pixel: of length 1, towards the camera; 0 where nothing is
   std::vector<float> position;  ///< 3 a pixel; not a number where nothing is
+  /// The material's way through the palette, 0 … 1; below 0 where there is none. Empty for clay.
+  std::vector<float> value{};
+  std::vector<float> beauty{};  ///< 4 a pixel: the picture, and how opaque it is
+  std::vector<float> albedo{};  ///< 3 a pixel: the set's colour without any light
+  std::vector<float> mask{};    ///< 3 a pixel: shares of the set, of the ground, and of cut faces
+  std::vector<LightLayer> light{};  ///< their sum is `beauty`
 };
 
 struct LayeredImage {
@@ -239,6 +253,16 @@ std::vector<std::filesystem::path> layer_files(const std::filesystem::path& pref
 /// PREFIX.normal.png (0 … 255 stands for −1 … 1). @return their names. @throws OutputError
 std::vector<std::filesystem::path> write_layers(const PictureLayers& layers, int width,
                                                 const std::filesystem::path& prefix);
+
+/// The bytes of an OpenEXR file with all layers, named as compositors name them: R, G, B, A; Z; N.X
+/// and on; P.X and on; albedo.R and on, mask.R and on (the set, the ground, cut faces); value.Y;
+/// and light by its source. Z, P and values are float, all others half. `text` as attributes.
+/// @throws InputError where layers are missing.
+std::string exr_bytes(const LayeredImage& picture,
+                      const std::map<std::string, std::string>& text = {});
+/// @throws OutputError
+void write_exr(const LayeredImage& picture, const std::filesystem::path& path,
+               const std::map<std::string, std::string>& text = {});
 
 /// The mesh, the map's potential (n = 1) and its set in one view; and the distance of what is seen
 /// of the set from the mesh as colour, with a scale: percent of the mesh's box diagonal, and units

@@ -87,7 +87,8 @@
 #define QJ_SCENE_AROUND_RIGHT (QJ_SCENE_AROUND_WIDTH + 2)
 #define QJ_SCENE_AROUND_BACK (QJ_SCENE_AROUND_WIDTH + 5)
 #define QJ_SCENE_BOUNCE (QJ_SCENE_AROUND_WIDTH + 8) /* strength; 0: there are no such texels */
-#define QJ_SCENE_SIZE (QJ_SCENE_BOUNCE + 1)
+#define QJ_SCENE_GLOW_FULL (QJ_SCENE_BOUNCE + 1)
+#define QJ_SCENE_SIZE (QJ_SCENE_GLOW_FULL + 1)
 
 /* Radiance of the surroundings, three reals a texel: what is seen; the same without the sun; then
    maps of the size below, blurred as surfaces of roughness 1 / levels, 2 / levels ... 1 reflect it,
@@ -133,6 +134,14 @@
        times radiance where that is the surroundings */
 #define QJ_PIXEL_SIZE 7
 
+/* What a pixel's radiance is made of, three reals each, means over the pixel, and the set's albedo;
+   those of the lamps follow. */
+#define QJ_PART_ALBEDO 0
+#define QJ_PART_SKY 3
+#define QJ_PART_BOUNCE 6
+#define QJ_PART_GLOW 9
+#define QJ_PART_LAMPS 12
+
 /* A strip of a picture: `rows` rows of pixels from first_row on, of a view whose pixels are
    samples, samples x samples a pixel. Depths and normals begin `halo` rows of samples before it. */
 QJ_ARGUMENTS(qj_strip_arguments) {
@@ -145,6 +154,7 @@ QJ_ARGUMENTS(qj_strip_arguments) {
   int lamps;
   int has_traits;
   int has_near_shadow;
+  int has_parts; /* layers are asked for */
 };
 
 /* Scalars of the kernels that light receivers. */

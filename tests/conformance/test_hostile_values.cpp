@@ -885,6 +885,11 @@ TEST_CASE("hostile counts and sizes are refused or do no harm") {
       const test::TemporaryFolder folder;
       write_layers({{1.0F}, {1.0F}, {}}, n, folder.path() / "layers");
     });
+    survives("exr_bytes", [&] { exr_bytes({.image = {n, n, {}}, .layers = {}}); });
+    survives("write_exr", [&] {
+      const test::TemporaryFolder folder;
+      write_exr({.image = {n, 1, {}}, .layers = {}}, folder.path() / "a.exr");
+    });
     survives("DistanceGrid", [&] {
       const DistanceGrid grid(
           {.cells = {n, n, n}, .coarse = {1}, .blocks = {7}, .corrections = {}});

@@ -201,13 +201,13 @@ TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
   map.dynamics.factors[2].center.w = map.dynamics.slice;
   const surface::LevelSet set(device, map, kLevelStops, 1);
   std::mt19937_64 bits(4);
-  for (const double half : {0.5, 0.1, 0.01, 0.001}) {
+  for (const double reach : {0.5, 0.1, 0.01, 0.001}) {
     std::vector<Eigen::Vector3d> centers;
     for (int i = 0; i < 300; ++i) {
       const auto at = [&bits] { return static_cast<float>(test::uniform(bits, -1.8, 1.8)); };
       centers.emplace_back(at(), at(), at());
     }
-    const surface::FieldBounds bounds = set.bounds(centers, half);
+    const surface::FieldBounds bounds = set.bounds(centers, reach);
     REQUIRE(bounds.low.size() == centers.size());
     // Corners first, then anywhere.
     constexpr std::size_t kTrials = 40;
@@ -215,8 +215,8 @@ TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
     for (std::size_t i = 0; i < centers.size(); ++i) {
       for (std::size_t trial = 0; trial < kTrials; ++trial) {
         const auto offset = [&](unsigned axis) {
-          const double corner = (trial >> axis & 1U) != 0 ? half : -half;
-          return static_cast<float>(trial < 8 ? corner : test::uniform(bits, -half, half));
+          const double corner = (trial >> axis & 1U) != 0 ? reach : -reach;
+          return static_cast<float>(trial < 8 ? corner : test::uniform(bits, -reach, reach));
         };
         points.push_back(centers[i] + Eigen::Vector3d(offset(0), offset(1), offset(2)));
       }
@@ -230,10 +230,10 @@ TEST_CASE("bounds of F_1 over a cube hold at every point in it") {
       if (*least < bounds.low[i] || *greatest > bounds.high[i]) ++beyond;
       if (bounds.high[i] - bounds.low[i] < 1.5F * (*greatest - *least)) ++tight;
     }
-    CAPTURE(half, scale);
+    CAPTURE(reach, scale);
     CHECK(beyond == 0);
     // They are worth having: hardly wider than the field's range once cubes are small, but where
     // the field jumps at the escape radius.
-    if (half <= 0.01) CHECK(tight > centers.size() / 2);
+    if (reach <= 0.01) CHECK(tight > centers.size() / 2);
   }
 }

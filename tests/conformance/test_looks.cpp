@@ -117,6 +117,12 @@ TEST_CASE("wax lets light through from behind, and glow and fog need none") {
   const Image image = ball(glowing);
   CHECK(at(image, 24, 30).sum() < 0.01);  // the lower half of the palette
   CHECK(at(image, 24, 8).sum() > 0.1);
+  // The lower part glows where the glow is strongest below its beginning.
+  glowing.palette = palette_from(std::vector<std::string>{"ffffff", "808080"}, glowing.material);
+  glowing.matter.glow_full = 0;
+  const Image lower = ball(glowing);
+  CHECK(at(lower, 24, 30).sum() > 0.1);
+  CHECK(at(lower, 24, 8).sum() < 0.01);
 
   PictureOptions foggy = ball_options();
   foggy.background = background_from("0000ff");

@@ -476,6 +476,7 @@ VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "palette"
         "keep-loose": "1", "exact": "1", "ground": "0"}
 # Names that change pictures only where others are given, too: `glow` takes its place on a palette.
 VIEW_NEEDS = {"environment-turn": {"environment": "evening"}, "focus": {"aperture": "0.5"}, "glow": {"material": "trap"}, "glow-from": {"material": "trap", "glow": "2"},
+              "glow-full": {"material": "trap", "glow": "2"},
               "range": {"material": "trap"}}
 # Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below",

@@ -138,7 +138,7 @@ nlohmann::json text_note(std::string_view text) {
 }  // namespace
 
 bool can_hold_note(const std::filesystem::path& path) {
-  constexpr std::array kExtensions = {".png",  ".glb", ".ply", ".obj",
+  constexpr std::array kExtensions = {".png",  ".exr", ".glb", ".ply", ".obj",
                                       ".usda", ".3mf", ".vti", ".vdb"};
   return std::ranges::find(kExtensions, extension_of(path)) != kExtensions.end();
 }

@@ -115,6 +115,11 @@ void write_picture(const Image& image, const std::filesystem::path& path, const 
   write_png(image, path, {{"Software", program_name()}, {"qjulia", one_line(how)}}, map);
 }
 
+void write_layered_picture(const LayeredImage& picture, const std::filesystem::path& path,
+                           const nlohmann::json& how) {
+  write_exr(picture, path, {{"software", program_name()}, {"qjulia", one_line(how)}});
+}
+
 nlohmann::json to_json(const PictureOptions& options) {
   nlohmann::json json;
   base::add_json(json, picture_settings(), options);

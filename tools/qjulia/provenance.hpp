@@ -51,6 +51,10 @@ std::string one_line(const nlohmann::json& json);
 void write_picture(const Image& image, const std::filesystem::path& path, const nlohmann::json& how,
                    const std::string& map = {});
 
+/// An .exr of all layers, with the same in its header. @throws OutputError
+void write_layered_picture(const LayeredImage& picture, const std::filesystem::path& path,
+                           const nlohmann::json& how);
+
 /// What a map says of how its shape stands, for people. @param chosen empty: it was guessed
 std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen);
 

@@ -86,7 +86,7 @@ void draw_preview(const Device& device, const Scene& scene, const RenderArgument
 
 std::vector<base::Output> outputs_of(const RenderArguments& arguments,
                                      const std::optional<Sweep>& sweep) {
-  std::vector<base::Output> outputs{output_named("--output", arguments.output, {".png"})};
+  std::vector<base::Output> outputs{output_named("--output", arguments.output, {".png", ".exr"})};
   if (arguments.preview) outputs.push_back({"--preview", preview_path(arguments.output.path)});
   if (!arguments.layers.empty()) {
     for (const auto& path : layer_files(arguments.layers)) outputs.push_back({"--aov", path});
@@ -111,6 +111,10 @@ RenderPlan plan_render(const RenderArguments& arguments) {
   plan.sweep = wanted_sweep(arguments.sweep, arguments.input, plan.view, arguments.view.camera);
   if (plan.sweep && (!arguments.layers.empty() || arguments.preview)) {
     throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
+  }
+  const bool is_exr = extension_of(arguments.output.path) == ".exr";
+  if (is_exr && (plan.sweep || arguments.preview)) {
+    throw InputError("an .exr is a single picture, without --sweep, --turntable and --preview");
   }
   plan.inputs = {arguments.input};
   plan.outputs = outputs_of(arguments, plan.sweep);
@@ -166,21 +170,29 @@ int run_render(const RenderArguments& arguments, const RenderPlan& plan, Session
   const PictureOptions& options = plan.view.picture;
   if (arguments.preview) check_preview(preview_path(arguments.output.path), session.stop());
   if (plan.sweep) return run_sweep(arguments, plan, session);
+  const bool is_exr = extension_of(arguments.output.path) == ".exr";
   Scene scene = read_scene(arguments.input, session);
   const Device device = session.open_device(arguments.device);
   scene = turned(device, std::move(scene), arguments.input, plan.view, session);
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
   Studio studio = studio_of(device, scene, options, session);
-  const auto [image, layers] =
-      arguments.layers.empty() ? LayeredImage{studio.picture(options.camera, session.monitor()), {}}
-                               : studio.layered_picture(options.camera, session.monitor());
+  const LayeredImage drawn =
+      arguments.layers.empty() && !is_exr
+          ? LayeredImage{studio.picture(options.camera, session.monitor()), {}}
+          : studio.layered_picture(options.camera, session.monitor());
+  const auto& [image, layers] = drawn;
   warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(session.job());
   how["picture"] = to_json(as_drawn(options, studio));
   const TraceStage stage(session.trace(), "write");
-  write_picture(
-      image, arguments.output.path, how,
-      arguments.no_map ? std::string() : carried_map(scene, plan.view.map_options, session.job()));
+  if (is_exr) {
+    write_layered_picture(drawn, arguments.output.path, how);
+  } else {
+    write_picture(image, arguments.output.path, how,
+                  arguments.no_map
+                      ? std::string()
+                      : carried_map(scene, plan.view.map_options, session.job()));
+  }
   std::vector<std::string> layer_files;
   if (!arguments.layers.empty()) {
     for (const auto& path : write_layers(layers, image.width, arguments.layers)) {
@@ -221,8 +233,11 @@ void describe_render(Command command, RenderArguments& a) {
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.input, ".png"); }, "PICTURE",
-          "Picture to write: .png." + named_text("input", ".png"))
-      .offers_files({".png"});
+          "Picture to write: .png; or .exr, linear, with layers that compositors read: each lamp, "
+          "sky, bounce, emission and background, whose sum it is, and Z, N, P, albedo, value and "
+          "masks." +
+              named_text("input", ".png"))
+      .offers_files({".png", ".exr"});
   add_view(command, a.view);
   command.word(
       "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep.sweep = text; },
@@ -262,6 +277,7 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
   qjulia render bunny.qjulia.json -o crust.png --drift 0.8 --detail 0.03
   qjulia render bunny.qjulia.json -o drift.png --sweep drift=0:1.05:12 --size 480x360
   qjulia render bunny.qjulia.json -o turn.png --turntable 36
+  qjulia render bunny.qjulia.json -o layers.exr --background transparent
   qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground
   qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember
   qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
