@@ -216,12 +216,12 @@ kernel void behind_pixels(qj_strip_arguments strip, real exposure,
   rgba[4 * number + 3] = behind == QJ_BACKDROP_NONE ? 1 - luminance(shadow) : (real)1;
 }
 
-// sRGB bytes of the strip's pixels, each with how opaque it is. The shape and what is behind it are
-// developed apart, so that a plain background has exactly its color. exposure: what radiance is
-// multiplied by.
-kernel void develop_pixels(qj_strip_arguments strip, real exposure,
+// sRGB numbers of the strip's pixels, each with how opaque it is. The shape and what is behind it
+// are developed apart, so that a plain background has exactly its color. exposure: what radiance is
+// multiplied by. most: the number that stands for 1.
+kernel void develop_pixels(qj_strip_arguments strip, real exposure, real most,
                            global const real* restrict scene, global const real* restrict pixels,
-                           global uchar* restrict rgba) {
+                           global ushort* restrict rgba) {
   int column = (int)get_global_id(0), row = (int)get_global_id(1);
   if (column >= strip.columns || row >= strip.rows) return;
   size_t number = (size_t)row * (size_t)strip.columns + (size_t)column;
@@ -253,10 +253,10 @@ kernel void develop_pixels(qj_strip_arguments strip, real exposure,
   // Never so much that a whole number becomes another.
   real dither = (real)0.002 + (real)0.996 * (real)((h ^ (h >> 16)) & 0xffffu) / (real)65536;
   sum = clamp(sum, (real3)(0), (real3)(1));
-  rgba[4 * number] = (uchar)(srgb_encode(sum.x) * 255 + dither);
-  rgba[4 * number + 1] = (uchar)(srgb_encode(sum.y) * 255 + dither);
-  rgba[4 * number + 2] = (uchar)(srgb_encode(sum.z) * 255 + dither);
-  rgba[4 * number + 3] = (uchar)(opaque * 255 + dither);
+  rgba[4 * number] = (ushort)(srgb_encode(sum.x) * most + dither);
+  rgba[4 * number + 1] = (ushort)(srgb_encode(sum.y) * most + dither);
+  rgba[4 * number + 2] = (ushort)(srgb_encode(sum.z) * most + dither);
+  rgba[4 * number + 3] = (ushort)(opaque * most + dither);
 }
 
 // The luminance of the light that arrives at each sample; below 0 where there is none: what an

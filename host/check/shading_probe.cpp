@@ -85,17 +85,18 @@ std::vector<std::uint8_t> developed(const Device& device, ToneCurve tone,
     for (const double c : radiance) pixels.push_back(static_cast<float>(c));
     pixels.insert(pixels.end(), {1.0F, 0.0F, 0.0F, 0.0F});  // they show nothing else
   }
-  const auto bytes = context.allocate<std::uint8_t>(4 * radiances.size());
+  const auto bytes = context.allocate<std::uint16_t>(4 * radiances.size());
   context.launch(
       context.kernel("develop.cl", "develop_pixels", {1, Precision::single, {}}),
       {{radiances.size(), 1, 1}, {}},
       {device::Argument::of(row_of(radiances.size(), 0)),
-       device::Argument::real(1, Precision::single),
+       device::Argument::real(1, Precision::single), device::Argument::real(255, Precision::single),
        context.upload<float>(picture::packed(scene, {})), context.upload<float>(pixels), bytes});
-  std::vector<std::uint8_t> rgba(bytes.size()), rgb;
+  std::vector<std::uint16_t> rgba(bytes.size());
+  std::vector<std::uint8_t> rgb;
   context.read(bytes, std::span(rgba));
   for (std::size_t i = 0; i < rgba.size(); ++i) {
-    if (i % 4 != 3) rgb.push_back(rgba[i]);
+    if (i % 4 != 3) rgb.push_back(static_cast<std::uint8_t>(rgba[i]));
   }
   return rgb;
 }

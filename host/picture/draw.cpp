@@ -183,6 +183,17 @@ void add_light(std::span<const float> pixels, std::span<const float> parts,
   }
 }
 
+/// @param rgba numbers of so many bits.
+void add_pixels(std::span<const std::uint16_t> rgba, bool has_alpha, int bits, Image& image) {
+  const int less = bits - 8;
+  for (std::size_t i = 0; i < rgba.size(); ++i) {
+    const bool is_alpha = i % 4 == 3;
+    if (is_alpha && !has_alpha) continue;
+    (is_alpha ? image.alpha : image.pixels).push_back(static_cast<std::uint8_t>(rgba[i] >> less));
+    if (less > 0) image.deep.push_back(rgba[i]);
+  }
+}
+
 /// Pixels of the strip that have a sample on the surface.
 std::size_t covered_pixels(const View& view, const Strip& strip) {
   const int columns = view.columns / strip.samples;
@@ -370,14 +381,13 @@ void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamp
       work.did(cost(view) * rows / image.height);
     }
     const double scale = kBaseExposure * std::exp2(exposure);
-    const Developed shown = shading.develop(pixels, row, image.width, image.height, scale);
+    const int most = (1 << options.bits) - 1;
+    const std::vector<std::uint16_t> shown =
+        shading.develop(pixels, row, image.width, image.height, scale, most);
+    add_pixels(shown, options.background.kind == Backdrop::transparent, options.bits, image);
     if (with_layers) {
       add_light(pixels, parts, shading.behind(pixels, row, image.width, image.height, scale), scale,
                 picture.layers);
-    }
-    image.pixels.insert(image.pixels.end(), shown.pixels.begin(), shown.pixels.end());
-    if (options.background.kind == Backdrop::transparent) {
-      image.alpha.insert(image.alpha.end(), shown.alpha.begin(), shown.alpha.end());
     }
   }
 }

@@ -57,6 +57,77 @@ void write_npy(const std::vector<float>& values, std::span<const std::size_t> sh
   file.commit();
 }
 
+/// A PNG of 16 bits.
+class DeepPng {
+ public:
+  explicit DeepPng(const Image& image) {
+    png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, this, fail, nullptr);
+    info_ = png_ == nullptr ? nullptr : png_create_info_struct(png_);
+    if (info_ == nullptr) throw OutputError("cannot encode a picture as PNG: there is no memory");
+    const std::size_t channels = image.alpha.empty() ? 3 : 4;
+    const auto wide = static_cast<std::size_t>(image.width);
+    // Rows have the higher byte of each number first.
+    for (const std::uint16_t value : image.deep) {
+      bytes_.push_back(static_cast<png_byte>(value >> 8U));
+      bytes_.push_back(static_cast<png_byte>(value & 0xFFU));
+    }
+    png_set_write_fn(png_, &encoded_, append, nullptr);
+    png_set_IHDR(png_, info_, static_cast<png_uint_32>(image.width),
+                 static_cast<png_uint_32>(image.height), 16,
+                 channels == 3 ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_write_info(png_, info_);
+    for (std::size_t row = 0; row < bytes_.size(); row += 2 * channels * wide) {
+      png_write_row(png_, bytes_.data() + row);
+    }
+    png_write_end(png_, info_);
+  }
+  ~DeepPng() { png_destroy_write_struct(&png_, &info_); }
+  DeepPng(const DeepPng&) = delete;
+  DeepPng& operator=(const DeepPng&) = delete;
+
+  const std::string& bytes() const { return encoded_; }
+
+ private:
+  [[noreturn]] static void fail(png_structp /*png*/, png_const_charp what) {
+    throw OutputError(std::string("cannot encode a picture as PNG: ") + what);
+  }
+  static void append(png_structp png, png_bytep data, std::size_t size) {
+    static_cast<std::string*>(png_get_io_ptr(png))
+        ->append(reinterpret_cast<const char*>(data), size);
+  }
+
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+  std::vector<png_byte> bytes_;
+  std::string encoded_;
+};
+
+/// @throws OutputError
+std::string encoded_png(const Image& image, Packing packing) {
+  if (!image.deep.empty()) return DeepPng(image).bytes();
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = image.alpha.empty() ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
+  if (packing == Packing::quick) png.flags |= PNG_IMAGE_FLAG_FAST;
+  std::vector<std::uint8_t> mixed;
+  for (std::size_t i = 0; i < image.alpha.size(); ++i) {
+    const auto rgb = image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i);
+    mixed.insert(mixed.end(), rgb, rgb + 3);
+    mixed.push_back(image.alpha[i]);
+  }
+  const std::vector<std::uint8_t>& rows = image.alpha.empty() ? image.pixels : mixed;
+  std::string encoded(PNG_IMAGE_PNG_SIZE_MAX(png), '\0');
+  png_alloc_size_t size = encoded.size();
+  if (png_image_write_to_memory(&png, encoded.data(), &size, 0, rows.data(), 0, nullptr) == 0) {
+    throw OutputError(std::string("cannot encode a picture as PNG: ") + png.message);
+  }
+  encoded.resize(size);
+  return encoded;
+}
+
 /// White at the least depth, a quarter at the greatest, black where nothing is.
 Image depth_image(const std::vector<float>& depths, int width, int height) {
   float nearest = INFINITY, farthest = 0;
@@ -93,30 +164,19 @@ void Image::validate() const {
                     "alpha: it needs {} and {}, or no alpha",
                     width, height, pixels.size(), alpha.size(), 3 * count, count));
   }
+  const std::size_t numbers = (alpha.empty() ? 3 : 4) * count;
+  if (!deep.empty() && deep.size() != numbers) {
+    throw InputError(
+        fmt::format("a picture of {} x {} pixels has {} numbers of 16 bits: it needs {}", width,
+                    height, deep.size(), numbers));
+  }
 }
 
 std::string png_bytes(const Image& image, const PictureText& text, Packing packing,
                       const std::string& map) {
   image.validate();
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = static_cast<png_uint_32>(image.width);
-  png.height = static_cast<png_uint_32>(image.height);
-  png.format = image.alpha.empty() ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
-  if (packing == Packing::quick) png.flags |= PNG_IMAGE_FLAG_FAST;
-  std::vector<std::uint8_t> mixed;
-  for (std::size_t i = 0; i < image.alpha.size(); ++i) {
-    const auto rgb = image.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i);
-    mixed.insert(mixed.end(), rgb, rgb + 3);
-    mixed.push_back(image.alpha[i]);
-  }
-  const std::vector<std::uint8_t>& rows = image.alpha.empty() ? image.pixels : mixed;
-  std::vector<char> encoded(PNG_IMAGE_PNG_SIZE_MAX(png));
-  png_alloc_size_t size = encoded.size();
-  if (png_image_write_to_memory(&png, encoded.data(), &size, 0, rows.data(), 0, nullptr) == 0) {
-    throw OutputError(std::string("cannot encode a picture as PNG: ") + png.message);
-  }
-  std::string bytes(encoded.data(), kHeaderBytes);
+  const std::string encoded = encoded_png(image, packing);
+  std::string bytes = encoded.substr(0, kHeaderBytes);
   for (const auto& [keyword, value] : text) {
     std::string content = keyword;
     content.append(1, '\0').append(value);
@@ -125,7 +185,7 @@ std::string png_bytes(const Image& image, const PictureText& text, Packing packi
   for (std::size_t at = 0; at < map.size(); at += base::kLargestPngMapChunk) {
     bytes += chunk(std::string(base::kPngMapChunk), map.substr(at, base::kLargestPngMapChunk));
   }
-  return bytes.append(encoded.data() + kHeaderBytes, size - kHeaderBytes);
+  return bytes.append(encoded, kHeaderBytes);
 }
 
 std::string animated_png_bytes(std::span<const Image> images, double seconds) {
@@ -147,7 +207,9 @@ std::string animated_png_bytes(std::span<const Image> images, double seconds) {
     if (image.width != first.width || image.height != first.height) {
       throw InputError("pictures that follow one another have one size");
     }
-    const std::string png = png_bytes(image);
+    Image shown = image;
+    shown.deep.clear();  // all have 8 bits
+    const std::string png = png_bytes(shown);
     const bool is_first = bytes.empty();
     if (is_first) bytes = png.substr(0, kHeaderBytes) + chunk("acTL", control);
     bytes += chunk("fcTL", frame_control(sequence++));

@@ -80,6 +80,16 @@ std::vector<PictureSetting> pixel_settings() {
          .help = "Anti-aliasing: N x N rays per pixel",
          .interpolation = Interpolation::none},
         [](PictureOptions& p) -> ValuePlace { return &p.samples; }}},
+      {{{.name = "bits",
+         .values = "8|16",
+         .least = 8,
+         .most = 16,
+         .example = "16",
+         .help =
+             "Bits of each of a pixel's colours: 8, or 16, which can be made brighter or darker "
+             "without steps",
+         .interpolation = Interpolation::none},
+        [](PictureOptions& p) -> ValuePlace { return &p.bits; }}},
   };
 }
 

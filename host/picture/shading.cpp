@@ -359,22 +359,18 @@ std::vector<float> Shading::behind(std::span<const float> pixels, int first_row,
   return found;
 }
 
-Developed Shading::develop(std::span<const float> pixels, int first_row, int width, int height,
-                           double exposure) const {
+std::vector<std::uint16_t> Shading::develop(std::span<const float> pixels, int first_row, int width,
+                                            int height, double exposure, int most) const {
   device::Context& context = device_.context();
   const auto strip = rows_of_picture(pixels, first_row, width, height, lamps_count_);
-  const auto bytes = context.allocate<std::uint8_t>(4 * pixels.size() / QJ_PIXEL_SIZE);
+  const auto numbers = context.allocate<std::uint16_t>(4 * pixels.size() / QJ_PIXEL_SIZE);
   context.launch(develop_, tiles(width, strip.rows),
                  {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
-                  scene_, context.upload<float>(pixels), bytes});
-  std::vector<std::uint8_t> rgba(bytes.size());
-  context.read(bytes, std::span(rgba));
-  Developed developed;
-  for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    for (std::size_t c = 0; c < 3; ++c) developed.pixels.push_back(rgba[i + c]);
-    developed.alpha.push_back(rgba[i + 3]);
-  }
-  return developed;
+                  device::Argument::real(most, Precision::single), scene_,
+                  context.upload<float>(pixels), numbers});
+  std::vector<std::uint16_t> rgba(numbers.size());
+  context.read(numbers, std::span(rgba));
+  return rgba;
 }
 
 std::vector<float> Shading::incident(const View& view, const Strip& strip) const {

@@ -79,12 +79,6 @@ struct Shaded {
   std::vector<float> parts;
 };
 
-/// Pixels as screens show them.
-struct Developed {
-  std::vector<std::uint8_t> pixels;  ///< sRGB bytes
-  std::vector<std::uint8_t> alpha;   ///< one for each pixel
-};
-
 class Shading {
  public:
   /// @param lamps the key light first. @param sky lights as well; all with depth maps.
@@ -98,8 +92,9 @@ class Shading {
 
   /// @param pixels whole rows of a picture of this size, from `first_row` on. @param exposure what
   /// radiance is multiplied by.
-  Developed develop(std::span<const float> pixels, int first_row, int width, int height,
-                    double exposure) const;
+  /// @param most what stands for 1. @return sRGB and how opaque a pixel is, 4 numbers each.
+  std::vector<std::uint16_t> develop(std::span<const float> pixels, int first_row, int width,
+                                     int height, double exposure, int most) const;
 
   /// What is behind the shape in these pixels, and how opaque they are: 4 numbers a pixel.
   std::vector<float> behind(std::span<const float> pixels, int first_row, int width, int height,

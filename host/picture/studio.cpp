@@ -82,6 +82,7 @@ std::optional<Surrounded> surrounded(const Lighting& light, const std::stop_toke
 void PictureOptions::validate() const {
   for (const int side : {width, height}) base::expect_between("size", side, 1, 16384, "pixels");
   expect_in_ranges(picture_settings(), *this);
+  if (bits != 8 && bits != 16) throw OptionError("bits", fmt::format("{}; give 8 or 16", bits));
   base::expect_finite("azimuth", camera.azimuth);
   map::expect_box(box);
   light.validate();

@@ -30,6 +30,9 @@ struct Image {
   std::vector<std::uint8_t> pixels;  ///< 3 · width · height
   /// width · height: 0 lets through what is behind, 255 hides it. Empty: nothing is transparent.
   std::vector<std::uint8_t> alpha{};
+  /// The same in 16 bits, with the alpha where there is one: 3 or 4 numbers a pixel. Empty: there
+  /// are 8 bits alone.
+  std::vector<std::uint16_t> deep{};
   std::size_t covered = 0;  ///< pixels that show any of a rendered set or mesh
   LoosePieces loose{};      ///< what is left out of a rendered set, shape units
 
@@ -85,6 +88,7 @@ struct PictureOptions {
   /// Radius beyond which orbits end, map units; by default where none returns from.
   std::optional<double> escape = std::nullopt;
   int samples = 2;  ///< anti-aliasing: rays along each side of a pixel
+  int bits = 8;     ///< of each number of a pixel, 8 or 16
   Precision precision =
       Precision::single;  ///< arithmetic of rays and orbits; double where the device has it
   /// Shape units: only this part of the set is drawn, cut open, and framed. By default all of it.
@@ -289,7 +293,8 @@ enum class Packing {
   quick,  ///< a third of the time, and larger
 };
 
-/// The bytes of a PNG file, with an alpha where the image has one; `text` as tEXt chunks.
+/// The bytes of a PNG file, of 16 bits where the image has them, with an alpha where it has one;
+/// `text` as tEXt chunks.
 /// @param map as `packed_map` makes it: `read_map` then reads the picture. Empty: none.
 /// @throws InputError without pixels.
 std::string png_bytes(const Image& image, const PictureText& text = {},

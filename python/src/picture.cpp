@@ -59,6 +59,10 @@ PictureOptions picture_options(const py::dict& given) {
 /// (height, width, 3), or 4 where the picture has an alpha.
 py::array array_of_image(Image image) {
   const py::ssize_t width = image.width, height = image.height;
+  if (!image.deep.empty()) {
+    return array_of<std::uint16_t>(std::move(image.deep),
+                                   {height, width, image.alpha.empty() ? 3 : 4});
+  }
   if (image.alpha.empty())
     return array_of<std::uint8_t>(std::move(image.pixels), {height, width, 3});
   std::vector<std::uint8_t> all;

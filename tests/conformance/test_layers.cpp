@@ -13,6 +13,7 @@
 
 #include "ball_view.hpp"
 #include "base/srgb.hpp"
+#include "png_file.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;
@@ -150,6 +151,35 @@ TEST_CASE("masks say what pixels show, and values what colours the set") {
     CHECK(plain.mask[3 * i + 2] == 0);
     CHECK(std::abs(plain.albedo[3 * i + 2] - 0.75F * plain.mask[3 * i]) < 1e-5F);
   }
+}
+
+TEST_CASE("pictures of 16 bits are those of 8, and finer") {
+  PictureOptions options = rich_options();
+  options.background = background_from(GENERATE("studio", "transparent"));
+  const Image bytes = render(test::shared_device(), check::unit_ball(), options);
+  options.bits = 16;
+  const Image deep = render(test::shared_device(), check::unit_ball(), options);
+  REQUIRE(bytes.deep.empty());
+  const std::size_t channels = deep.alpha.empty() ? 3 : 4;
+  REQUIRE(deep.deep.size() == channels * std::size_t{60} * 45);
+  std::size_t between = 0;
+  for (std::size_t i = 0; i < deep.deep.size(); ++i) {
+    const std::size_t pixel = i / channels, part = i % channels;
+    const int byte = part == 3 ? bytes.alpha[pixel] : bytes.pixels[3 * pixel + part];
+    REQUIRE(std::abs(deep.deep[i] / 257.0 - byte) < 1.01);  // rounding is dithered
+    if (deep.deep[i] % 257 != 0) ++between;
+  }
+  CHECK(between > deep.deep.size() / 2);
+  // IHDR: 16 bits, colour with or without alpha; and libpng reads it.
+  const std::string png = png_bytes(deep, {{"Title", "deep"}});
+  CHECK(png[24] == 16);
+  CHECK(png[25] == (channels == 3 ? 2 : 6));
+  const test::TemporaryFolder folder;
+  write_png(deep, folder / "deep.png");
+  CHECK(test::mean_difference(test::read_png(folder / "deep.png"), deep) < 1);
+  options.bits = 12;
+  CHECK_THROWS_WITH(render(test::shared_device(), check::unit_ball(), options),
+                    Catch::Matchers::ContainsSubstring("bits: 12; give 8 or 16"));
 }
 
 TEST_CASE("pictures without layers are not written as OpenEXR") {

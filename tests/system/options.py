@@ -315,7 +315,7 @@ RUNS = {
     "render": [
         Run("f.qjulia.json", {"--output": "k.png", "--samples": "1", "--cut": "z=90%", "--material": "groove",
                               "--palette": "102030,405060", "--lamp": "10,20,1.5,3200K,5", "--range": "0,0.2,0.5,1",
-                              "--background": "ff8000", "--environment": "evening", "--environment-turn": "90", "--bounce": "1",
+                              "--background": "ff8000", "--environment": "evening", "--environment-turn": "90", "--bounce": "1", "--bits": "16",
                               "--no-ground": None, "--keep-loose": None,
                               "--aov": "layers", "--no-map": None, "--exact": None, "--preview": None},
             {"--range": lambda done, value: done.json["made_with"]["picture"]["range"] == [0, 0.2, 0.5, 1],

@@ -32,6 +32,11 @@ struct RenderArguments {
   ViewArguments view;
 };
 
+/// Whether the picture has layers, as an .exr.
+bool is_layered(const RenderArguments& arguments) {
+  return extension_of(arguments.output.path) == ".exr";
+}
+
 /// Says so when a picture shows nothing. @throws Error where a part of the set was asked for.
 void warn_if_empty(const Image& image, const std::string& input, const PictureOptions& options,
                    Session& session) {
@@ -112,8 +117,7 @@ RenderPlan plan_render(const RenderArguments& arguments) {
   if (plan.sweep && (!arguments.layers.empty() || arguments.preview)) {
     throw InputError("--aov and --preview need a single picture, without --sweep and --turntable");
   }
-  const bool is_exr = extension_of(arguments.output.path) == ".exr";
-  if (is_exr && (plan.sweep || arguments.preview)) {
+  if (is_layered(arguments) && (plan.sweep || arguments.preview)) {
     throw InputError("an .exr is a single picture, without --sweep, --turntable and --preview");
   }
   plan.inputs = {arguments.input};
@@ -170,14 +174,13 @@ int run_render(const RenderArguments& arguments, const RenderPlan& plan, Session
   const PictureOptions& options = plan.view.picture;
   if (arguments.preview) check_preview(preview_path(arguments.output.path), session.stop());
   if (plan.sweep) return run_sweep(arguments, plan, session);
-  const bool is_exr = extension_of(arguments.output.path) == ".exr";
   Scene scene = read_scene(arguments.input, session);
   const Device device = session.open_device(arguments.device);
   scene = turned(device, std::move(scene), arguments.input, plan.view, session);
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
   Studio studio = studio_of(device, scene, options, session);
   const LayeredImage drawn =
-      arguments.layers.empty() && !is_exr
+      arguments.layers.empty() && !is_layered(arguments)
           ? LayeredImage{studio.picture(options.camera, session.monitor()), {}}
           : studio.layered_picture(options.camera, session.monitor());
   const auto& [image, layers] = drawn;
@@ -185,7 +188,7 @@ int run_render(const RenderArguments& arguments, const RenderPlan& plan, Session
   nlohmann::json how = made_with(session.job());
   how["picture"] = to_json(as_drawn(options, studio));
   const TraceStage stage(session.trace(), "write");
-  if (is_exr) {
+  if (is_layered(arguments)) {
     write_layered_picture(drawn, arguments.output.path, how);
   } else {
     write_picture(image, arguments.output.path, how,

@@ -11,6 +11,7 @@ void add_view(Command command, ViewArguments& arguments) {
   PictureOptions& picture = arguments.view.picture;
   add_picture_setting(command, "size", picture);
   add_picture_setting(command, "samples", picture);
+  add_picture_setting(command, "bits", picture);
   arguments.camera = add_camera(command, picture);
   add_picture_setting(command, "cut", picture);
   add_look_name(command, picture);

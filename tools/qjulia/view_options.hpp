@@ -24,7 +24,7 @@ struct ViewArguments {
   std::optional<Option> material;
 };
 
-/// --size, --samples, those of the camera, --cut, --look, --material, --exact, those of looks and
+/// --size, --samples, --bits, those of the camera, --cut, --look, --material, --exact, those of looks and
 /// those of maps. `arguments` must stay where it is.
 void add_view(Command command, ViewArguments& arguments);
 
