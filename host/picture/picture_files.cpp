@@ -76,6 +76,7 @@ class DeepPng {
                  static_cast<png_uint_32>(image.height), 16,
                  channels == 3 ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
     png_write_info(png_, info_);
     for (std::size_t row = 0; row < bytes_.size(); row += 2 * channels * wide) {
       png_write_row(png_, bytes_.data() + row);

@@ -396,6 +396,7 @@ def render(
     exact: bool = ...,
     size: Tuple[int, int] = ...,
     samples: SupportsIndex = ...,
+    bits: SupportsIndex = ...,
     azimuth: float = ...,
     elevation: float = ...,
     zoom: float = ...,
@@ -418,6 +419,7 @@ def render(
     fill_color: Optional[str] = ...,
     environment: str = ...,
     environment_turn: float = ...,
+    bounce: float = ...,
     exposure: Union[float, Literal["auto"], None] = ...,
     tone: Literal["neutral", "agx", "aces", "none"] = ...,
     roughness: float = ...,
@@ -427,6 +429,7 @@ def render(
     wax: float = ...,
     glow: float = ...,
     glow_from: float = ...,
+    glow_full: float = ...,
     fog: float = ...,
     # end of picture_settings
 ) -> _Bytes: ...
@@ -447,6 +450,7 @@ def render(
     exact: bool = ...,
     size: Tuple[int, int] = ...,
     samples: SupportsIndex = ...,
+    bits: SupportsIndex = ...,
     azimuth: float = ...,
     elevation: float = ...,
     zoom: float = ...,
@@ -469,6 +473,7 @@ def render(
     fill_color: Optional[str] = ...,
     environment: str = ...,
     environment_turn: float = ...,
+    bounce: float = ...,
     exposure: Union[float, Literal["auto"], None] = ...,
     tone: Literal["neutral", "agx", "aces", "none"] = ...,
     roughness: float = ...,
@@ -478,6 +483,7 @@ def render(
     wax: float = ...,
     glow: float = ...,
     glow_from: float = ...,
+    glow_full: float = ...,
     fog: float = ...,
     # end of picture_settings
 ) -> Tuple[_Bytes, Dict[str, _Singles]]: ...
