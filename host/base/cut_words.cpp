@@ -5,13 +5,22 @@
 #include <string>
 #include <vector>
 
+#include "base/range_check.hpp"
 #include "base/text.hpp"
 #include "qjulia/cut.hpp"
 #include "qjulia/error.hpp"
 
 namespace qjulia {
 
+void Cut::validate() const {
+  base::expect_finite("cut", at);
+  if (axis < 'x' || axis > 'z') {
+    throw OptionError("cut", fmt::format("'{}' is not an axis; give x, y or z", axis));
+  }
+}
+
 double place_of(const Cut& cut, const std::optional<Box>& box) {
+  cut.validate();
   if (!cut.is_percent) return cut.at;
   if (!box) throw OptionError("cut", "the map keeps no box of its shape; give a coordinate");
   const auto axis = static_cast<Eigen::Index>(cut.axis - 'x');

@@ -44,6 +44,7 @@ Paint empty_paint(const Box& box) {
   }
   paint.origin = box.center() - 0.5 * paint.step * cells.cast<double>().matrix();
   paint.shares.resize(paint.size());
+  paint.validate();
   return paint;
 }
 
@@ -348,6 +349,7 @@ Paint painted(const Device& device, const Map& map, const PaintOptions& options,
                            [](double share, double bound) { return std::min(share, bound); });
   }
   std::ranges::transform(shares, paint.shares.begin(), painted_share);
+  paint.validate();
   return paint;
 }
 

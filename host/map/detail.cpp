@@ -31,6 +31,7 @@ Map steepened(const Map& map, double t) {
   result.dynamics.log_scale =
       t * (map.dynamics.log_scale - map.dynamics.surface_level) + map.dynamics.surface_level;
   if (result.frame.detail) *result.frame.detail /= t;
+  result.validate();  // a huge or tiny number makes others that no map may have
   return result;
 }
 
@@ -83,6 +84,7 @@ Map with_measured_detail(const Device& device, Map map, std::span<const Eigen::V
   if (!own) throw InputError("the map does not say the shape's \"box\": fit it again");
   const double diagonal = map.frame.shape_to_map.scale * *own;
   map.frame.detail = shell_thickness(Field(device, map), surface, map.dynamics.slice) / diagonal;
+  map.validate();  // where the field is flat, nothing was measured
   return map;
 }
 

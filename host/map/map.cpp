@@ -168,6 +168,7 @@ Map with_longest_side(Map map, double length) {
   if (map.frame.inradius) *map.frame.inradius *= factor;
   if (map.frame.diagonal) *map.frame.diagonal *= factor;
   map.frame.shape_to_map.scale /= factor;
+  map.validate();  // a map has no room for every length
   return map;
 }
 

@@ -76,6 +76,7 @@ std::vector<Portal> portals_from_text(std::string_view text, const std::string& 
       const auto x = line.numbers(3);
       Portal portal;
       portal.center = to_map.to_map({x[0], x[1], x[2]});
+      if (!portal.center.allFinite()) line.refuse("is not finite in the map's coordinates");
       portal.mask = PortalMask::outside;
       portals.push_back(portal);
     } else if (line.name == "Portal rotation") {

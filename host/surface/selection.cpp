@@ -15,6 +15,7 @@ void Selection::validate() const {
         "keep_loose, largest_component and min_component exclude each other; give one of them");
   }
   expect_in_ranges(selection_settings(), *this);
+  for (const Cut& cut : cuts) cut.validate();
 }
 
 std::span<const SettingOf<Selection>> selection_settings() {
