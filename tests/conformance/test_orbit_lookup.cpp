@@ -33,7 +33,7 @@ std::vector<bool> labels(const surface::LevelSet& set, const surface::Grid& grid
   return inside;
 }
 
-std::size_t differing(const std::vector<bool>& a, const std::vector<bool>& b) {
+std::size_t count_differing(const std::vector<bool>& a, const std::vector<bool>& b) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < a.size(); ++i) count += a[i] != b[i] ? 1 : 0;
   return count;
@@ -53,7 +53,7 @@ TEST_CASE("looking orbits up changes no more labels than a move by an eighth of 
   const std::vector<bool> right = labels(set, grid, level);
   surface::Grid moved = grid;
   moved.origin.array() += 0.125 * grid.step / std::sqrt(3.0);
-  const std::size_t by_move = differing(right, labels(set, moved, level));
+  const std::size_t by_move = count_differing(right, labels(set, moved, level));
 
   const map::DeviceMap device_map(device, map, stops, Precision::single);
   const auto lookup = surface::make_lookup(device_map, set, level, grid, 0.25 * grid.step, {});
@@ -64,7 +64,7 @@ TEST_CASE("looking orbits up changes no more labels than a move by an eighth of 
   const std::vector<bool> found = labels(set, grid, level);
   CHECK(set.counts().settled > right.size() / 20);
   CHECK(set.counts().iterated > 0);  // those too are compared whose first iterates are computed
-  const std::size_t by_lookup = differing(right, found);
+  const std::size_t by_lookup = count_differing(right, found);
   CAPTURE(by_lookup, by_move);
   CHECK(by_lookup > 0);  // or else nothing was looked up
   CHECK(by_lookup <= by_move);
@@ -75,7 +75,7 @@ TEST_CASE("looking orbits up changes no more labels than a move by an eighth of 
   });
   std::vector<bool> anywhere;
   for (const float value : set.at(points)) anywhere.push_back(double{value} < level);
-  CHECK(differing(found, anywhere) == 0);
+  CHECK(count_differing(found, anywhere) == 0);
   set.look_up(nullptr);
   CHECK(labels(set, grid, level) == right);
 }
