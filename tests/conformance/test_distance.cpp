@@ -32,42 +32,6 @@ DistanceModulus& modulus_of(Map& map) { return std::get<DistanceModulus>(map.dyn
 
 }  // namespace
 
-TEST_CASE("kernels iterate a map with a distance as the reference does") {
-  const auto variant = GENERATE(from_range(test::variants()));
-  const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant, precision)) return;
-  if (!test::can_check(test::shared_device(), precision)) return;
-  const auto device = variant.of(test::shared_device());
-  Map map = test::distance_map();
-  if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
-  map.dynamics.phase = {0.8, 0, 0.6, 0};
-  const auto points = points_about(2, 1001);
-  const Field field(device, map, precision);
-  const bool twice = precision == Precision::dbl;
-  for (const int n : {1, 2, 3}) {
-    const auto errors = test::sorted_errors(field, map, points, n);
-    CAPTURE(variant, n, errors.back());
-    // The grid is in single precision for all, but coefficients are sums of few bits. Iterates
-    // multiply what rounding leaves by the map's derivative.
-    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 5e-6));
-    if (n == 1) CHECK(errors.back() < (twice ? 1e-9 : 5e-5));
-    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 5e-5) * std::pow(30, n - 1));
-  }
-}
-
-TEST_CASE("its gradient is that of the reference") {
-  const auto variant = GENERATE(from_range(test::variants()));
-  const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant, precision)) return;
-  if (!test::can_check(test::shared_device(), precision)) return;
-  Map map = test::distance_map();
-  if (GENERATE(false, true)) modulus_of(map).fourth = FourthCoordinate::ignored;
-  const auto points = points_about(2, 203);
-  const Field field(variant.of(test::shared_device()), map, precision);
-  // Second derivatives jump between cells.
-  CHECK(test::sorted_gradient_errors(field, map, points).back() < 2e-3);
-}
-
 TEST_CASE("bounds over cubes hold F, within the domain and across its end") {
   const auto variant = GENERATE(from_range(test::variants()));
   Map map = test::distance_map();

@@ -33,30 +33,6 @@ Quaternion versor_at(const Map& map, const Quaternion& q) { return reference::st
 
 }  // namespace
 
-TEST_CASE("kernels iterate a map with a noise as the reference does") {
-  const auto variant = GENERATE(from_range(test::variants()));
-  const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant, precision)) return;
-  if (!test::can_check(test::shared_device(), precision)) return;
-  const auto values = GENERATE(NoiseValues::vectors, NoiseValues::quaternions);
-  Map map = noise_map(values);
-  if (GENERATE(false, true)) {
-    // The modulus of factors, and a phase.
-    map = test::random_map(7, 0.1, 0.6, 5);
-    map.dynamics.versor = NoiseVersor{1, 2.5, 7, values, {0, 0, 0}};
-    map.dynamics.phase = {0.8, 0, 0.6, 0};
-  }
-  const bool twice = precision == Precision::dbl;
-  const auto points = points_within(1.4, 1001);
-  const Field field(variant.of(test::shared_device()), map, precision);
-  for (const int n : {1, 2, 3}) {
-    const auto errors = test::sorted_errors(field, map, points, n);
-    CAPTURE(variant, twice, n, errors.back());
-    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
-    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 5e-5) * std::pow(30, n - 1));
-  }
-}
-
 TEST_CASE(
     "a noise's versors are smooth unit quaternions of every direction, other with each seed") {
   Map map = noise_map(NoiseValues::vectors, 1);

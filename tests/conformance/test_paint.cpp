@@ -60,36 +60,11 @@ Map painted_noise() {
   return map;
 }
 
-Map painted_square() {
-  Map map = quadratic_map({-0.2, 0.5, 0.1, 0});
-  map.dynamics.surface_level = 0.4;
-  map.layers.paint = patchy_paint();
-  return map;
-}
-
 std::vector<Quaternion> painted_points(double reach, std::size_t count) {
   return test::random_points(21, count, reach, 0.3 * reach);
 }
 
 }  // namespace
-
-TEST_CASE("kernels iterate a painted map as the reference does") {
-  const auto variant = GENERATE(from_range(test::variants()));
-  const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant, precision)) return;
-  if (!test::can_check(test::shared_device(), precision)) return;
-  const Map map = GENERATE(painted_map(), painted_factors(), painted_noise(), painted_square());
-  const bool twice = precision == Precision::dbl;
-  const auto points = painted_points(2.4, 1001);
-  const Field field(variant.of(test::shared_device()), map, precision);
-  for (const int n : {1, 2, 3}) {
-    const auto errors = test::sorted_errors(field, map, points, n);
-    CAPTURE(variant, map.dynamics.kind(), twice, n, errors.back());
-    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
-    if (n == 1) CHECK(errors.back() < (twice ? 1e-8 : 2e-3));  // where the share is 1/256
-    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 1e-4) * std::pow(100, n - 1));
-  }
-}
 
 TEST_CASE("a paint is the share of the detail") {
   const auto points = painted_points(1.4, 600);

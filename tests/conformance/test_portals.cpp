@@ -95,37 +95,6 @@ Quaternion led_to(const Portal& portal, const Quaternion& q) {
 
 }  // namespace
 
-TEST_CASE("kernels iterate a map with portals as the reference does") {
-  const auto variant = GENERATE(from_range(test::variants()));
-  const auto precision = GENERATE(Precision::single, Precision::dbl);
-  if (!test::checks_every_kind(variant, precision)) return;
-  if (!test::can_check(test::shared_device(), precision)) return;
-  const auto mask = GENERATE(PortalMask::none, PortalMask::outside, PortalMask::inside);
-  const Map map = GENERATE_COPY(map_with_portals(mask), factors_with_portals(mask));
-  const bool twice = precision == Precision::dbl;
-  auto points = points_about({0, 0, 0}, 1.7, 801);
-  for (const Portal& portal : map.layers.portals) {
-    const auto near = points_about(portal.center, 0.7 * portal.radius, 300);
-    points.insert(points.end(), near.begin(), near.end());
-  }
-  const Field field(variant.of(test::shared_device()), map, precision);
-  std::size_t in_portals = 0;
-  for (const Quaternion& q : points) {
-    for (const Portal& p : map.layers.portals) {
-      in_portals += std::hypot((Vector3d(q.x, q.y, q.z) - p.center).norm(), q.w) < p.radius ? 1 : 0;
-    }
-  }
-  CHECK(in_portals > 300);
-  for (const int n : {1, 2, 3}) {
-    const auto errors = test::sorted_errors(field, map, points, n);
-    CAPTURE(variant, twice, n, errors.back());
-    CHECK(errors[errors.size() / 2] < (twice ? 1e-9 : 1e-5));
-    if (n == 1 && mask == PortalMask::none) CHECK(errors.back() < (twice ? 1e-8 : 1e-4));
-    // Further orbits may be at a rim, or at the set's boundary, where rounding decides.
-    CHECK(errors[errors.size() * 95 / 100] < (twice ? 1e-6 : 5e-5) * std::pow(30, n - 1));
-  }
-}
-
 TEST_CASE("in a portal the gradient is that of the image's radius") {
   const auto variant = GENERATE(from_range(test::variants()));
   const Map map = map_with_portals();

@@ -49,49 +49,6 @@ TEST_CASE("the reference iterates q² + c") {
   CHECK(reference::field(turned, std::vector{q}, 2, 20)[0] == Catch::Approx(std::log(norm(next))));
 }
 
-TEST_CASE("kernels iterate it as the reference does") {
-  const auto device =
-      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
-  const Map map = some_map();
-  const auto points = some_points();
-  const Field field(device, map);
-  for (const int n : {1, 2, 4}) {
-    const auto expected = reference::field(map, points, n, 20);
-    const auto values = field.at(points, n);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      CHECK(values[i] == Catch::Approx(expected[i]).margin(2e-5 * std::pow(3, n)));
-    }
-  }
-}
-
-TEST_CASE("kernels iterate a modulus of one kind with a versor of another as the reference does") {
-  const auto device =
-      test::shared_device().with_lane_width(GENERATE(from_range(test::lane_widths())));
-  Map map = test::random_map(20, 0.1, 0.6, 5);
-  map.dynamics.phase = {0.8, 0, 0.6, 0};
-  const bool quadratic_modulus = GENERATE(false, true);
-  if (quadratic_modulus) {
-    map.dynamics.modulus = QuadraticModulus{{0.285, 0.485, -0.1, 0.07}};
-  } else {
-    map.dynamics.versor = QuadraticVersor{{0.285, 0.485, -0.1, 0.07}};
-  }
-  const auto points = some_points();
-  const Field field(device, map);
-  for (const int n : {1, 2, 3}) {
-    const auto expected = reference::field(map, points, n, 20);
-    const auto values = field.at(points, n);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      CHECK(values[i] == Catch::Approx(expected[i]).margin(1e-4 * std::pow(10, n)));
-    }
-  }
-}
-
-TEST_CASE("its gradient is that of ln |q² + c|") {
-  const Map map = some_map();
-  const Field field(quadratic_device(), map);
-  CHECK(test::sorted_gradient_errors(field, map, some_points()).back() < 1e-4);
-}
-
 TEST_CASE("its radii decide no orbit wrongly") {
   const Map map = some_map();
   const StopRadii stops = find_stop_radii(quadratic_device(), map);
