@@ -1,47 +1,15 @@
 #!/usr/bin/python3
-"""What pages may say: prose.py REPOSITORY
+"""What pages refer to: prose.py REPOSITORY
 
-Outside docs/lab and the changelog no sentence compares with a program that readers cannot have, no section has
-measurements without a command that makes them, and the glossary's words are used. Everywhere: links lead to files and
-headings that exist, every page is in its folder's index, every shown picture is made by a command on some page or by
-a script (or has a comment `<!-- picture: WHY -->`), and every command on a page has options that exist. The version is
-the same everywhere.
+Links lead to files and headings that exist, every page is in its folder's index, every shown picture is made by a
+command on some page or by a script (or has a comment `<!-- picture: WHY -->`), and every command on a page has options
+that exist. Pages of the laboratory say whether they are history or which script makes them. The version is the same
+everywhere.
 """
 import pathlib
 import re
 import sys
 
-DATED = [
-    r"\bno longer\b(?! than)",
-    r"\b(?:it|they|which|that|this|fits?|commands?) used to\b",
-    r"(?:^|[.!?:] )Before, ",
-    r"\bSince then\b",
-    r"\b(?:formerly|previously|until now|anymore|nowadays)\b",
-    r"\b(?:an?|the|some) (?:earlier|older|previous|former) (?:version|rule|program|state of the program)\b",
-    r"\bas (?:it was )?before\b",
-    r"\bnow (?:it|they|there) (?:is|are|has|have)\b",
-    r"\bbefore (?:samples|matrices|factors|tables) (?:off|were|of)\b",
-]
-# What only a measurement says.
-MEASURED = [
-    r"\b(?:took|takes?|in|within|after) (?:about |some )?\d[\d.,]* (?:s|ms|seconds|minutes|GiB|MiB)\b",
-    r"\b(?:IoU|ratio)[^.|]{0,30} (?:of |is |was )?\.\d{2,}",
-    r"\d times as (?:fast|long)\b",
-    r"\bmedians? of (?:\d|two|three|five)",
-    r"^\|(?:[^|\n]*\|)*\s*\.\d{3}\s*\|",
-]
-# What docs/guide/glossary.md has another word for.
-WORDS = {
-    r"flakes?": "loose piece, tuft",
-    r"crumbs?": "loose piece",
-    r"hairs?|whiskers?|thorns?|spikes?": "tuft",
-    r"arbitrary output variable": "AOV",
-    r"zeros? and poles?": "roots and poles",
-    r"shell thickness": "detail",
-    r"isosurface|iso-surface": "surface",
-    r"rotors?|twistors?": "versor",
-}
-COMMAND = re.compile(r"```|`(?:qjulia|tools/|tests/|examples/|python3|mpirun) ?[^`]*`|\]\([^)]*lab/")
 LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s#]*)(?:#([^)\s]*))?\)")
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]+")
 
@@ -57,33 +25,6 @@ def slug(heading):
 
 def headings(text):
     return {slug(line.lstrip("#")) for line in without_code(text).split("\n") if line.startswith("#")}
-
-
-def dated(name, text):
-    joined = re.sub(r"\n(?=\S)", " ", without_code(text))
-    for pattern in DATED:
-        for found in re.finditer(pattern, joined, re.MULTILINE):
-            words = joined[max(0, found.start() - 40):found.end() + 20].strip()
-            yield f"{name}: '…{words}…' compares with a program that readers cannot have: say what holds, or put it " \
-                  "into docs/lab"
-
-
-def other_words(name, text):
-    for pattern, word in WORDS.items():
-        found = re.search(rf"\b(?:{pattern})\b", text, re.IGNORECASE)
-        if found and not name.endswith("glossary.md"):
-            yield f"{name}: '{found[0]}' has another name in docs/guide/glossary.md: {word}"
-
-
-def unfounded(name, text):
-    for section in re.split(r"(?m)^(?=##? )", text):
-        if COMMAND.search(section):
-            continue
-        for pattern in MEASURED:
-            found = re.search(pattern, section, re.MULTILINE)
-            if found:
-                yield f"{name}: '{found[0][:60]}' is measured, and its section names no command: give it, or put the " \
-                      "figure into docs/lab"
 
 
 def broken(root, page, text, places):
@@ -170,12 +111,6 @@ def main():
         name = str(file.relative_to(root))
         problems += broken(root, file, text, places)
         problems += unknown_options(name, text, known)
-        is_history = name.startswith("docs/lab/") or name == "CHANGELOG.md"
-        if not is_history:
-            problems += dated(name, text)
-            problems += other_words(name, text)
-        if name.startswith(("docs/guide/", "docs/theory/", "docs/decisions/")):
-            problems += unfounded(name, text)
         if name.startswith("docs/lab/") and not re.search(r"> History\.|tools/", text):
             problems.append(f"{name} says neither that it is history nor which script makes it")
     if len(known) < 10:
