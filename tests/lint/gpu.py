@@ -1,27 +1,27 @@
 #!/usr/bin/env python3
 """What a compiler can prove about the kernels on GPUs where there is no GPU.
 
-usage: gpu.py REPOSITORY [--compile] [--write] [--loops] [--markdown]
+usage: gpu.py REPOSITORY [--compile] [--write] [--table=FILE] [--loops] [--markdown]
 
 Compiles every program as GPUs use it (one lane, groups of 64) for AMD, NVIDIA and SPIR-V, in single
 and double precision, and checks that
   * no function is left undefined, and none is called;
   * no array lies in private memory;
-  * registers, scratch, local memory and occupancy are those of gpu_kernels.txt: a change is told,
-    more scratch or fewer waves is a failure;
+  * no kernel has more scratch or fewer waves than gpu_kernels.txt says, where a kernel and a precision
+    have a line: the waves for each target, and after a / the bytes of scratch where there are any;
   * NVIDIA's own assembler, ptxas, where there is one ($PTXAS, PATH, $CUDA_HOME or $CUDA_PATH,
-    /usr/local/cuda), takes them for sm_80, sm_90 and sm_120 without a spill; what it says of them is
-    in the same table;
+    /usr/local/cuda), takes them for sm_80, sm_90 and sm_120 without a spill;
   * Intel's own compiler, where Debian's ocloc of intel-opencl-icd is there ($OCLOC, PATH), takes them
-    for Gen12, Arc and Ponte Vecchio; the table has scratch and the lanes of a thread, in "waves";
+    for Gen12, Arc and Ponte Vecchio; their "waves" are the lanes of a thread;
   * the instructions of the loops that take the time are those of host/profile/instruction_counts.hpp.
-The table is of Clang 15 (Debian 12). Another Clang counts otherwise: with it, kernels must
+The figures are of Clang 15 (Debian 12). Another Clang counts otherwise: with it, kernels must
 compile, and must neither call functions nor have arrays in private memory.
 gpu_kernels.txt also has a digest of everything the figures follow from: the kernels, this script, the
 counts, the compiler. Where it is the same, the figures are too, and nothing is compiled unless
 --compile or another option asks for it.
---write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --loops prints the loops
-of every kernel, --markdown the table of docs/lab/performance.md.
+--write rewrites gpu_kernels.txt and the figures in instruction_counts.hpp. --table writes all figures,
+registers and local memory too, into a file; --loops prints the loops of every kernel, --markdown the
+table of docs/lab/performance.md.
 """
 
 import collections
@@ -336,6 +336,34 @@ def table_line(row):
     return "{:8} {:6} {:22} {:28} {:>9} {:>7} {:>6} {:>5}".format(*row)
 
 
+def limits_text(rows):
+    """gpu_kernels.txt: of each kernel and precision, waves and scratch for each target."""
+    targets = [*GPUS, *SMS, *INTELS]
+    limits = {}
+    for target, precision, program, name, _, scratch, _, waves in rows:
+        limits.setdefault((precision, program, name), {})[target] = f"{waves}/{scratch}" if scratch else f"{waves}"
+    line = "{:6} {:22} {:28}" + " {:>8}" * len(targets)
+    lines = [line.format("real", "program", "kernel", *targets)]
+    lines += [line.format(*key, *(figures.get(target, "-") for target in targets))
+              for key, figures in sorted(limits.items())]
+    return "\n".join(lines)
+
+
+def kept_limits(lines):
+    """Target, precision, program and kernel -> scratch and waves, as gpu_kernels.txt says."""
+    _, _, _, *targets = lines[0].split()
+    limits = {}
+    for line in lines[1:]:
+        if line.startswith("#"):
+            continue
+        precision, program, name, *figures = line.split()
+        for target, figure in zip(targets, figures):
+            if figure != "-":
+                waves, _, scratch = figure.partition("/")
+                limits[target, precision, program, name] = int(scratch or 0), int(waves)
+    return limits
+
+
 def counts_text(loops):
     lines = []
     for name, (kernel, rank) in HOT_LOOPS.items():
@@ -366,6 +394,8 @@ def main():
     table_path = pathlib.Path("tests/lint/gpu_kernels.txt")
     header_path = pathlib.Path("host/profile/instruction_counts.hpp")
     kept_lines = table_path.read_text().splitlines()
+    kept = kept_limits(kept_lines)
+    kept_rows = [(*key, "-", scratch, "-", waves) for key, (scratch, waves) in kept.items()]
     if not flags and f"# digest {digest(header_path.read_text())}" in kept_lines:
         print("kernels, compiler and script are those that the table was made with")
         return 0
@@ -431,19 +461,20 @@ def main():
     else:
         print("ptxas was not found ($PTXAS, PATH, $CUDA_HOME, $CUDA_PATH, /usr/local/cuda): registers "
               "and spills on NVIDIA's cards are not checked")
-        kept = (line.split() for line in kept_lines if line.startswith("sm_"))
-        rows += [(*words[:4], *map(int, words[4:])) for words in kept]
+        rows += [row for row in kept_rows if row[0] in SMS]
     if ocloc:
         rows += intels
         print("\n".join(refused), end="\n" if refused else "")
         failed |= bool(refused)
     else:
         print("ocloc was not found ($OCLOC, PATH): scratch on Intel's GPUs is not checked")
-        kept = (line.split() for line in kept_lines if line.split()[0] in INTELS)
-        rows += [(*words[:4], *map(int, words[4:])) for words in kept]
+        rows += [row for row in kept_rows if row[0] in INTELS]
     head = table_line(("target", "real", "program", "kernel", "registers", "scratch", "local",
                        "waves"))
-    table = "\n".join([head, *map(table_line, rows), version])
+    for flag in flags:
+        if flag.startswith("--table="):
+            pathlib.Path(flag.removeprefix("--table=")).write_text(
+                "\n".join([head, *map(table_line, rows), version]) + "\n")
     if "--loops" in flags:
         for name, found in loops.items():
             for counts in found:
@@ -459,7 +490,7 @@ def main():
         counts = re.sub(r"(?<=// counted\n).*(?=\n// end)", counts_text(loops),
                         header_path.read_text(), flags=re.S)
         header_path.write_text(counts)
-        table_path.write_text(f"{table}\n# digest {digest(counts)}\n")
+        table_path.write_text(f"{limits_text(rows)}\n{version}\n# digest {digest(counts)}\n")
         print(f"wrote {table_path} and {header_path}")
         return 0
     if CLANG != CLANGS[0]:
@@ -467,25 +498,22 @@ def main():
               "not compared")
         return 1 if failed else 0
 
-    kept = {tuple(line.split()[:4]): line.split()[4:]
-            for line in kept_lines[1:] if not line.startswith("#")}
     changes = 0
-    for row in rows:
-        now, key = [str(figure) for figure in row[4:]], tuple(row[:4])
-        before = kept.pop(key, None)
-        if now == before:
+    for *key, _, scratch, _, waves in rows:
+        before = kept.pop(tuple(key), None)
+        if (scratch, waves) == before:
             continue
         changes += 1
-        print("now:    " + table_line(row))
-        print("before: " + (table_line((*key, *before)) if before else "no such kernel"))
+        told = f"{before[1]} waves, {before[0]} bytes of scratch" if before else "no such kernel"
+        print(f"{' '.join(key)}: {waves} waves, {scratch} bytes of scratch; before: {told}")
         # libclc's functions in double precision spill, but a kernel that did not must not begin to.
-        least = int(before[1]) if before else (0 if row[1] == "single" else int(now[1]))
+        most = before[0] if before else (0 if key[1] == "single" else scratch)
         # Another ptxas counts otherwise; what it spills was reported above.
-        is_comparable = not row[0].startswith("sm_") or version == kept_version
-        if int(now[1]) > least and is_comparable:
+        is_comparable = key[0] not in SMS or version == kept_version
+        if scratch > most and is_comparable:
             print("  it has more scratch")
             failed = True
-        if before and int(now[3]) < int(before[3]) and is_comparable:
+        if before and waves < before[1] and is_comparable:
             print("  fewer waves fit")
             failed = True
     for key in kept:
