@@ -16,7 +16,7 @@ kernel void look_up_points(global const real* points, int stride, int count, glo
                            global real* found) {
   int item = (int)get_global_id(0);
   if (item >= count) return;
-  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
+  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted, 0};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   orbit_lookup with = lookup_of(lattice, table, tabled, iterations, map);
   real3 start = (real3)(points[item], points[stride + item], points[2 * stride + item]);
@@ -37,7 +37,7 @@ kernel void look_up_rest(global const real* points, global const real* field, in
   int item = (int)get_global_id(0);
   if (item >= groups) return;
   int g = first_group + item;
-  image_lattice lattice = {0, 0, 0, 0, 0};
+  image_lattice lattice = {0, 0, 0, 0, 0, 0};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   orbit_lookup with = lookup_of(lattice, table, done + 1, iterations, map);
   qlane q = gathered_points(points, stride, live + g * QJ_WIDTH);

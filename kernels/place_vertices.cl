@@ -209,7 +209,7 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
   if (held.next_edge >= placement.count) return;
   held.last_edge = min(held.next_edge + placement.share, placement.count);
   held.fields = held.versors = held.ends = 0;
-  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
+  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted, 0};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   placing with;
   with.map = map;

@@ -115,6 +115,7 @@ typedef struct {
   real t;
   real outside;  // the last depth known to be outside; below `start` where none is known
   real through;  // up to this depth the ray passes through what its hint lies in; 0: nothing
+  real least;    // the least step now
   real back;     // how far a hint that lies inside is taken back
   int id;
   bool hit;  // is bisecting between `outside` and t
@@ -142,7 +143,8 @@ static inline marched_ray new_ray(const marching* with, global const real* rays,
   r.t = fmax(rays[2 * with->march.stride + id], r.start);
   r.outside = r.t > r.start ? (real)-1 : r.start;
   r.through = rays[3 * with->march.stride + id];
-  r.back = 4 * with->march.shortest;
+  r.least = r.t > r.start ? with->march.first : with->march.shortest;
+  r.back = 4 * r.least;
   r.hit = false;
   return r;
 }
@@ -165,6 +167,17 @@ static inline bool reaches_band(const marching* with, marched_ray* r) {
   if (t > r->t) r->outside = fmax(t - with->near, r->start);
   r->t = t;
   return t < r->end;
+}
+
+// The depth if all that is asked is whether there is a hit before it; 0 where the hit is asked for.
+static inline real asked_until(const marching* with, const marched_ray* r) {
+  return with->rays[4 * with->march.stride + r->id];
+}
+
+// Whether it is known that nothing is hit before that.
+static inline bool is_free(const marching* with, const marched_ray* r) {
+  real until = asked_until(with, r);
+  return until > 0 && r->outside >= until;
 }
 
 // Whether an orbit ends with its iterate number `done`, of this F.
@@ -191,7 +204,8 @@ static inline bool is_found(const marching* with, marched_ray* r, real f, real a
   } else if (loose_way > 0) {
     r->t += loose_way;
   } else if (!inside) {
-    r->t += fmax(fmin(away, with->grid[QJ_GRID_STEP]), with->march.shortest);
+    r->t += fmax(fmin(away, with->grid[QJ_GRID_STEP]), r->least);
+    r->least = fmin(2 * r->least, with->march.shortest);
   } else if (r->outside < r->start) {
     // A hint that lies inside is taken back.
     r->t = fmax(r->t - r->back, r->start);
@@ -200,7 +214,7 @@ static inline bool is_found(const marching* with, marched_ray* r, real f, real a
   } else {
     r->hit = true;
   }
-  return r->hit && r->t - r->outside <= with->march.tolerance;
+  return r->hit && (r->t - r->outside <= with->march.tolerance || r->t <= asked_until(with, r));
 }
 
 static inline real one_of(lane v) {
@@ -356,7 +370,7 @@ static inline void go_on(const marching* with, marched_lanes* lanes, int i, int*
       if (*next_ray >= with->last_ray) return;
       *r = new_ray(with, with->rays, (*next_ray)++);
     }
-    if (!r->hit && !reaches_band(with, r)) {
+    if (is_free(with, r) || (!r->hit && !reaches_band(with, r))) {
       with->depth[r->id] = QJ_NO_HIT;
       lanes->waits[i] = WAITS_FOR_RAY;
       continue;
@@ -405,10 +419,12 @@ static inline void compute_fields(const marching* with, marched_lanes* lanes) {
   }
 }
 
-// Depths along rays of a view. rays: four arrays of march.stride reals, the pixel coordinates x and
-// y of each ray; a hint, which is a depth just in front of its hit, or 0; and a depth up to which
-// the ray passes through what its hint lies in, or 0. grid, safe: as in `safe_steps`. nodes,
-// node_places, node_field, node_versors, trusted: a lattice of images. table_layout ...
+// Depths along rays of a view. rays: five arrays of march.stride reals, the pixel coordinates x and
+// y of each ray; a hint, which is a depth just in front of its hit, or 0; a depth up to which the
+// ray passes through what its hint lies in, or 0; and a depth, if all that is asked is whether
+// there is a hit before it, or 0. Such a ray's depth is any before that one, or QJ_NO_HIT. After a
+// hint, steps double from march.first on, up to march.shortest. grid, safe: as in `safe_steps`.
+// nodes, node_places, node_field, node_versors, trusted: a lattice of images. table_layout ...
 // table_versors: a table of images (image_table.clh), for iterates from march.tabled on. loose_grid
 // ... finer_bits: the places that rays pass through (loose_places.clh).
 //
@@ -428,7 +444,7 @@ kernel void march_depth(global const real* map, int factors, qj_march march,
                         global real* depth TURNS_ARGUMENT) {
   int next_ray = (int)get_global_id(0) * march.share;
   if (next_ray >= march.count) return;
-  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted};
+  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted, 0};
   image_table table = {table_layout, table_bricks, table_fields, table_versors};
   marching with;
   with.map = map;

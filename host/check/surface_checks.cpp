@@ -116,9 +116,14 @@ double image_lattice(const Device& device, Precision precision) {
       if (most != 0) right[number] = 0;
     }
   });
-  std::vector<std::int32_t> places(field.size() / QJ_LATTICE_GROUP);
+  // Pages in their order, none of which is left out.
+  const std::size_t pages = (field.size() + QJ_LATTICE_PAGE_NODES - 1) / QJ_LATTICE_PAGE_NODES;
+  std::vector<std::int32_t> places(pages * (1 + QJ_LATTICE_PAGE));
+  for (std::size_t page = 0; page < pages; ++page) {
+    places[page] = device::narrow(pages + page * QJ_LATTICE_PAGE);
+  }
   for (std::size_t number = 0; number < field.size(); ++number) {
-    std::int32_t& group = places[number / QJ_LATTICE_GROUP];
+    std::int32_t& group = places[pages + number / QJ_LATTICE_GROUP];
     const auto member = device::narrow(number % QJ_LATTICE_GROUP);
     if (member == 0) group = device::narrow(number) << QJ_LATTICE_GROUP;
     if (is_stored(number)) group |= 1 << member;
@@ -128,7 +133,8 @@ double image_lattice(const Device& device, Precision precision) {
   device::Context& context = device.context();
   const auto kernel = context.kernel("image_lattice.cl", "trust_cells",
                                      {device.lane_width(precision), precision, {}});
-  const auto trusted = context.upload<std::uint8_t>(found);
+  std::vector<std::uint8_t> all(places.size() * QJ_LATTICE_GROUP);
+  const auto trusted = context.upload<std::uint8_t>(all);
   const auto sent = [&](const std::vector<double>& reals) {
     return context.upload_real(reals, precision);
   };
@@ -138,7 +144,9 @@ double image_lattice(const Device& device, Precision precision) {
        sent(surface::ImageLattice::layout_of(std::span(&level, 1))), 0,
        context.upload<std::int32_t>(places), sent(field), sent(versors),
        device::Argument::real(1e-3, precision), device::Argument::real(0, precision), trusted});
-  context.read<std::uint8_t>(trusted, found);
+  context.read<std::uint8_t>(trusted, all);
+  std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(pages * QJ_LATTICE_GROUP), found.size(),
+              found.begin());
   return static_cast<double>(field.size()) -
          std::transform_reduce(found.begin(), found.end(), right.begin(), 0.0, std::plus<>(),
                                std::equal_to<>());
@@ -162,8 +170,9 @@ double composed_images(const Device& device, Precision precision) {
   context.launch(
       map.kernel("image_lattice.cl", "composed_images"), {{groups, 1, 1}},
       {numbers, numbers,
-       context.upload_real(surface::ImageLattice::layout_of(std::span(&level, 1)), precision),
-       kIterates, 0, device::narrow(groups), map.buffer(), map.factors(), fields, versors});
+       context.upload_real(surface::ImageLattice::layout_of(std::span(&level, 1)), precision), 0,
+       context.allocate<std::int32_t>(1), context.allocate<std::uint8_t>(1), 0,
+       device::narrow(groups), map.buffer(), map.factors(), fields, versors});
   std::vector<double> f(nodes), u(4 * nodes);
   context.read(fields, f);
   context.read(versors, u);

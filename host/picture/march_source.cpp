@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "device/point_batch.hpp"
 #include "device/quirks.hpp"
@@ -48,8 +49,10 @@ constexpr double kCloseTableShare = 0.5;
 /// memory's sake.
 constexpr int kFewColumns = 80;
 constexpr double kFewestNodes = 3e5, kMostNodes = 4e6;
-/// Rays bisect their hits within so many pixels, or shares of a step, if that is more.
-constexpr double kLeastReach = 2, kReach = 0.5;
+/// The depths of these rays tell those of others about to this, pixels.
+constexpr double kReach = 2.5;
+/// Of what they see, so large a share is stretched less than nodes are made for.
+constexpr double kStretched = 0.9;
 /// How far around what is seen rays of lights come from, in steps of the band's grid.
 constexpr double kAround = 2;
 
@@ -70,6 +73,9 @@ constexpr std::size_t kMostLattices = 2;
 /// In a close-up, the places that rays pass through are at least so many pixels wide, and at most
 /// so many times as fine as those found for all views.
 constexpr double kPixelsAPlace = 1.5, kFinest = 16;
+/// The least first step of a ray that a pixel's depth gives a hint for, pixels: in close-ups the
+/// shortest step is much longer, and would have to be bisected.
+constexpr double kFirstStep = 4;
 /// Points that lie more than so many cells behind the surface in the band's grid are out of sight.
 constexpr double kHiddenCells = 4;
 
@@ -80,11 +86,12 @@ constexpr double kSpeckSteps = 6, kFreeSpeckSteps = 40;
 /// Rays that each lane takes in turn, so that lanes whose rays end early are not idle.
 constexpr std::size_t kRaysALane = 16;
 
-/// One ray of a view, a depth just in front of its hit, and the depth up to which it passes through
-/// what lies there.
+/// One ray of a view.
 struct Ray {
-  double x, y;  ///< pixel coordinates
-  float hint = 0, through = 0;
+  double x, y;        ///< pixel coordinates
+  float hint = 0;     ///< a depth in front of its hit
+  float through = 0;  ///< up to this depth it passes through what lies at the hint
+  float until = 0;    ///< all that is asked is whether it hits anything before this depth
 };
 
 /// A ray through the middle of a pixel.
@@ -217,11 +224,13 @@ class MarchSource : public DepthSource {
     view.tolerance = seen_by.tolerance;
     std::vector<Ray> rays;
     rays.reserve(asked.size());
-    for (const LightRay& ray : asked) rays.push_back({ray.x, ray.y, std::max(0.0F, ray.from)});
-    std::vector<bool> found(rays.size());
     const auto near = static_cast<float>(seen_by.footprint * seen_by.samples);
+    for (const LightRay& ray : asked) {
+      rays.push_back({ray.x, ray.y, std::max(0.0F, ray.from), 0, ray.to - near});
+    }
+    std::vector<bool> found(rays.size());
     march(view, served(seen_by), rays,
-          [&](std::size_t i, float depth) { found[i] = depth >= 0 && depth < asked[i].to - near; });
+          [&](std::size_t i, float depth) { found[i] = depth >= 0 && depth < rays[i].until; });
     return found;
   }
 
@@ -453,6 +462,8 @@ class MarchSource : public DepthSource {
         .typical = kTypicalShare * displacement,
         .stretches = {},
         .around = kAround * grid_.step(),
+        .outer = map_.log_outer(),
+        .steepest = band_.steepest,
         .most_nodes = std::clamp(kNodesARay * view.columns * view.rows, kFewestNodes, kMostNodes)};
     few.footprint = view.footprint;
     few.tolerance = view.tolerance;
@@ -460,11 +471,7 @@ class MarchSource : public DepthSource {
     // iterates have to be computed, beside which those of one more matter little.
     const int most =
         table_->is_empty() || set_.map.layers.paint ? 1 : std::min(tabled, set_.iterations) - 1;
-    for (int n = 1; n <= std::max(most, 1); ++n) {
-      close_up.stretches.push_back(stretch_after(n));
-    }
-    close_up.reach =
-        std::max(kLeastReach * view.footprint * view.samples, kReach * shortest_step(view));
+    close_up.reach = kReach * view.footprint * view.samples;
     const surface::ImageLattice none(map_);
     const std::vector<PixelRay> pixels = all_rays(few.columns, 0, few.rows);
     std::vector<Ray> rays(pixels.size());
@@ -472,10 +479,34 @@ class MarchSource : public DepthSource {
     march(few, {none, tabled}, rays, [&](std::size_t i, float depth) {
       close_up.depths[index(pixels[i].column, pixels[i].row, few.columns)] = depth;
     });
-    return {map_,
-            levels_for(close_up, [&](const Eigen::Vector3d& p,
-                                     double reach) { return grid_.has_orbits_near(p, reach); }),
-            set_.stop};
+    std::vector<Eigen::Vector3d> seen;
+    for (std::size_t i = 0; i < close_up.depths.size(); ++i) {
+      const double depth = double{close_up.depths[i]};
+      const auto wide = static_cast<std::size_t>(few.columns);
+      if (depth >= 0) {
+        seen.push_back(few.at(static_cast<double>(i % wide) + 0.5,
+                              static_cast<double>(i / wide) + 0.5, depth));
+      }
+    }
+    close_up.stretches =
+        surface::stretches_at(map_, seen, std::max(most, 1), kStretched, set_.stop);
+    // Where less is seen to stretch, images are not smoother for it.
+    for (int n = 1; n <= std::max(most, 1); ++n) {
+      if (static_cast<int>(close_up.stretches.size()) < n) close_up.stretches.push_back(1);
+      double& seen_to = close_up.stretches[static_cast<std::size_t>(n - 1)];
+      seen_to = std::max(seen_to, stretch_after(n));
+    }
+    const auto has_orbits_near = [&](const Eigen::Vector3d& p, double reach) {
+      return grid_.has_orbits_near(p, reach);
+    };
+    const auto fields_after = [&](std::span<const surface::ImageLattice::Level> levels) {
+      const auto of_levels = std::make_shared<surface::ImageLattice>(map_, levels, set_.stop);
+      return [this, of_levels](const std::vector<Eigen::Vector3d>& points) {
+        return surface::looked_up_fields(map_, *of_levels, *table_, of_levels->iterates() + 1,
+                                         points, set_.stop);
+      };
+    };
+    return {map_, levels_for(close_up, has_orbits_near, fields_after), set_.stop};
   }
 
   static std::vector<float> no_hits(const View& view, int rows) {
@@ -496,9 +527,11 @@ class MarchSource : public DepthSource {
     return std::max(finest_step(view), std::clamp(view.footprint, grain, shell / 6));
   }
 
-  /// @param take takes (i, depth), the depth of ray i.
+  /// @param take takes (i, depth), the depth of ray i. @param first the least first step after a
+  /// hint; shortest_step if that is less.
   template <class Take>
-  void march(const View& view, const Served& with, const std::vector<Ray>& rays, const Take& take) {
+  void march(const View& view, const Served& with, const std::vector<Ray>& rays, const Take& take,
+             double first = std::numeric_limits<double>::infinity()) {
     device::Context& context = map_.context();
     const auto packed = context.upload_real(view.packed(), set_.precision);
     const double finest = finest_step(view), step = shortest_step(view);
@@ -522,11 +555,11 @@ class MarchSource : public DepthSource {
     device::PointBatch batch(context, kernel_, set_.precision, share,
                              map_.step_cost() * kIteratesARay * longer);
     const surface::TurnCount turns(map_, is_counted_, (rays.size() + share - 1) / share);
-    batch.run<4, 1>(
+    batch.run<5, 1>(
         rays.size(),
         [&](std::size_t i) {
           const Ray& ray = rays[i];
-          return std::array{ray.x, ray.y, double{ray.hint}, double{ray.through}};
+          return std::array{ray.x, ray.y, double{ray.hint}, double{ray.through}, double{ray.until}};
         },
         [&](const device::PointBatch::Part& part) {
           const auto march = device::arguments(set_.precision, [&](auto r) {
@@ -534,6 +567,7 @@ class MarchSource : public DepthSource {
             return qj_march<real>{.radius = real(band_.radius),
                                   .steepest = real(band_.steepest),
                                   .shortest = real(step),
+                                  .first = real(std::min(step, first)),
                                   .tolerance = real(tolerance),
                                   .margin = real(table_->margin()),
                                   .iterations = set_.iterations,
@@ -580,9 +614,12 @@ class MarchSource : public DepthSource {
                   std::vector<float>& depths) {
     std::vector<Ray> rays(pixels.size());
     std::ranges::transform(pixels, rays.begin(), &PixelRay::ray);
-    march(view, served(view), rays, [&](std::size_t i, float depth) {
-      depths[index(pixels[i].column, pixels[i].row - first_row, view.columns)] = depth;
-    });
+    march(
+        view, served(view), rays,
+        [&](std::size_t i, float depth) {
+          depths[index(pixels[i].column, pixels[i].row - first_row, view.columns)] = depth;
+        },
+        kFirstStep * view.footprint * view.samples);
   }
 
   /// Every ray of these rows.

@@ -193,8 +193,8 @@ const std::map<std::string_view, Counted>& counted_kernels() {
       {"node_fields", [](const Launch& l) { return of_points(l, cost::kLogNorm, 5); }},
       {"node_versors", [](const Launch& l) { return of_points(l, kVersorAlone, 8); }},
       {"table_images", [](const Launch& l) { return moving(l, points_of(l, l.integer(2)), 9); }},
-      {"composed_images",
-       [](const Launch& l) { return of_groups(l, 5, 7, l.integer(3) * cost::kStep, 7); }},
+      // A level's images go on from those of the level before, but for one iterate.
+      {"composed_images", [](const Launch& l) { return of_groups(l, 7, 9, cost::kStep, 9); }},
       {"trust_cells", [](const Launch& l) { return moving(l, l.integer(1), 8 * 5); }},
       {"look_up_points", [](const Launch& l) { return moving(l, l.integer(2), 5); }},
       {"look_up_rest",

@@ -47,18 +47,33 @@ std::vector<std::int32_t> nodes_of(const Grid& grid, const std::vector<std::int3
   return nodes;
 }
 
+/// Pages of a level (layout/image_lattice.h).
+std::size_t pages_of(const Grid& grid) {
+  return (whole(grid).size() + QJ_LATTICE_PAGE_NODES - 1) / QJ_LATTICE_PAGE_NODES;
+}
+
 /// Where the nodes of all levels are stored (layout/image_lattice.h).
 class Storage {
  public:
-  /// The slots of a level's nodes. @param nodes numbers of those to store, rising. @param all how
-  /// many the level has.
-  std::vector<std::int32_t> add(const std::vector<std::int32_t>& nodes, std::size_t all) {
-    const std::size_t first = places_.size();
-    places_.resize(first + all / QJ_LATTICE_GROUP);
+  /// @param pages of all levels.
+  explicit Storage(std::size_t pages)
+      : empty_(device::narrow(pages)), places_(pages + QJ_LATTICE_PAGE) {
+    std::fill_n(places_.begin(), pages, empty_);
+  }
+
+  /// The slots of the next level's nodes. @param nodes numbers of those to store, rising.
+  std::vector<std::int32_t> add(const std::vector<std::int32_t>& nodes, std::size_t pages) {
     std::vector<std::int32_t> slots(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const auto node = static_cast<std::size_t>(nodes[i]);
+      const std::size_t page = first_ + node / QJ_LATTICE_PAGE_NODES;
+      if (places_[page] == empty_) {
+        places_[page] = device::narrow(places_.size());
+        places_.resize(places_.size() + QJ_LATTICE_PAGE);
+      }
+      std::int32_t& group = places_[static_cast<std::size_t>(places_[page]) +
+                                    node / QJ_LATTICE_GROUP % QJ_LATTICE_PAGE];
       const std::int32_t member = nodes[i] % QJ_LATTICE_GROUP;
-      std::int32_t& group = places_[first + static_cast<std::size_t>(nodes[i] / QJ_LATTICE_GROUP)];
       if (group == 0) {
         group = device::narrow(size_ << QJ_LATTICE_GROUP);
         size_ += QJ_LATTICE_GROUP;
@@ -66,15 +81,18 @@ class Storage {
       group |= 1 << member;
       slots[i] = (group >> QJ_LATTICE_GROUP) + member;
     }
+    first_ += pages;
     return slots;
   }
-  /// The place of each group of nodes.
+  /// The pages' first entries, then the places of groups of nodes.
   const std::vector<std::int32_t>& places() const { return places_; }
   /// How many slots there are, those that stay empty included.
   std::size_t size() const { return size_; }
 
  private:
+  std::int32_t empty_;  ///< where the page without a node begins
   std::vector<std::int32_t> places_;
+  std::size_t first_ = 0;  ///< the next level's first page
   std::size_t size_ = 0;
 };
 
@@ -82,7 +100,7 @@ class Storage {
 
 std::vector<double> ImageLattice::layout_of(std::span<const Level> levels) {
   std::vector<double> layout;
-  std::size_t groups = 0;
+  std::size_t pages = 0;
   for (const Level& level : levels) {
     const std::vector<double> grid = grid_layout(level.grid);
     const std::size_t first = layout.size();
@@ -95,20 +113,19 @@ std::vector<double> ImageLattice::layout_of(std::span<const Level> levels) {
       }
     }
     layout[first + QJ_LEVEL_ITERATES] = level.iterates;
-    layout[first + QJ_LEVEL_GROUPS] = static_cast<double>(groups);
+    layout[first + QJ_LEVEL_PAGES] = static_cast<double>(pages);
     layout[first + QJ_LEVEL_FOLLOWED] = &level == &levels.back() ? 0 : 1;
-    groups += whole(level.grid).size() / QJ_LATTICE_GROUP;
+    pages += pages_of(level.grid);
   }
   return layout;
 }
 
 namespace {
 
-/// Computes the images of these nodes of a level.
-void compute_images(const map::DeviceMap& map, const device::RealBuffer& layout,
-                    const ImageLattice::Level& level, std::vector<std::int32_t> nodes,
-                    std::vector<std::int32_t> slots, const device::RealBuffer& field,
-                    const device::RealBuffer& versors, const std::stop_token& stop) {
+/// Computes the images of these nodes of level number `number`.
+void compute_images(const map::DeviceMap& map, const ImageLattice& lattice, int number,
+                    int iterates, const std::vector<std::int32_t>& nodes,
+                    const std::vector<std::int32_t>& slots, const std::stop_token& stop) {
   device::Context& context = map.context();
   const device::Kernel kernel = map.kernel("image_lattice.cl", "composed_images");
   for (std::size_t first = 0; first < nodes.size(); first += kNodesAtOnce) {
@@ -122,11 +139,12 @@ void compute_images(const map::DeviceMap& map, const device::RealBuffer& layout,
     };
     const auto from = part(nodes), to = part(slots);
     const auto arguments = [&](std::size_t begin, std::size_t count) {
-      return Arguments({from, to, layout, level.iterates, device::narrow(begin),
-                        device::narrow(count), map.buffer(), map.factors(), field, versors});
+      return Arguments({from, to, lattice.layout(), number * QJ_LEVEL_SIZE, lattice.places(),
+                        lattice.trusted(), device::narrow(begin), device::narrow(count),
+                        map.buffer(), map.factors(), lattice.field(), lattice.versors()});
     };
     device::launch_in_parts(context, kernel, map.groups(last - first),
-                            level.iterates * map.step_cost() * map.points_per_item(), arguments);
+                            iterates * map.step_cost() * map.points_per_item(), arguments);
     context.finish();
   }
 }
@@ -189,12 +207,14 @@ void ImageLattice::make(const map::DeviceMap& map, std::span<const Level> levels
                         const AllowedOf& allowed_of, const std::stop_token& stop) {
   device::Context& context = map.context();
   layout_ = context.upload_real(layout_of(levels), map.precision());
-  Storage storage;
+  std::size_t pages = 0;
+  for (const Level& level : levels) pages += pages_of(level.grid);
+  Storage storage(pages);
   std::vector<std::vector<std::int32_t>> nodes, slots;
   std::size_t cells = 0;
   for (const Level& level : levels) {
     nodes.push_back(nodes_of(level.grid, level.cells));
-    slots.push_back(storage.add(nodes.back(), whole(level.grid).size()));
+    slots.push_back(storage.add(nodes.back(), pages_of(level.grid)));
     nodes_ += nodes.back().size();
     cells += level.cells.size();
   }
@@ -205,12 +225,13 @@ void ImageLattice::make(const map::DeviceMap& map, std::span<const Level> levels
   places_ = context.upload<std::int32_t>(storage.places());
   field_ = context.allocate_real(storage.size(), map.precision());
   versors_ = context.allocate_real(4 * storage.size(), map.precision());
-  for (std::size_t i = 0; i < levels.size(); ++i) {
+  // A level's images go on from those of the levels after it.
+  for (std::size_t i = levels.size(); i-- > 0;) {
     const Level& level = levels[i];
     if (level.cells.empty()) continue;
-    const auto own_layout = context.upload_real(layout_of(levels.subspan(i, 1)), map.precision());
-    compute_images(map, own_layout, level, std::move(nodes[i]), std::move(slots[i]), field_,
-                   versors_, stop);
+    const int iterates =
+        i + 1 < levels.size() ? level.iterates - levels[i + 1].iterates : level.iterates;
+    compute_images(map, *this, device::narrow(i), iterates, nodes[i], slots[i], stop);
     const Allowed allowed = allowed_of(level);
     context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{level.cells.size(), 1, 1}, {}},
                    {context.upload<std::int32_t>(level.cells), device::narrow(level.cells.size()),

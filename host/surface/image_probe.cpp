@@ -131,4 +131,30 @@ double first_stretch(const map::DeviceMap& map, const std::stop_token& stop) {
   return stretches.empty() ? 1 : std::max(base::median(stretches), 1.0);
 }
 
+std::vector<double> stretches_at(const map::DeviceMap& map,
+                                 const std::vector<Eigen::Vector3d>& points, int most,
+                                 double quantile, const std::stop_token& stop) {
+  base::Random random(1);
+  const ImageProbe probe(map, stop);
+  std::vector<Point4> at;
+  at.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) at.push_back({p.x(), p.y(), p.z(), map.slice()});
+  std::vector<double> so_far(at.size(), 1), found;
+  while (static_cast<int>(found.size()) < most) {
+    ImageProbe::Moved moved = probe.moved_images(at, found.empty() ? 3 : 4, random);
+    if (moved.from.empty()) break;
+    for (std::size_t i = 0; i < moved.from.size(); ++i) {
+      moved.stretches[i] *= so_far[moved.from[i]];
+    }
+    at = std::move(moved.images);
+    so_far = std::move(moved.stretches);
+    std::vector<double> sorted = so_far;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(
+                                             quantile * static_cast<double>(sorted.size() - 1));
+    std::ranges::nth_element(sorted, middle);
+    found.push_back(std::max(*middle, 1.0));
+  }
+  return found;
+}
+
 }  // namespace qjulia::surface

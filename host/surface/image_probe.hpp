@@ -2,6 +2,7 @@
 /// A map's F and U at points of all four dimensions, computed on the device, and how far an iterate
 /// moves points apart.
 
+#include <Eigen/Core>
 #include <array>
 #include <functional>
 #include <stop_token>
@@ -58,5 +59,12 @@ class ImageProbe {
 /// How far the first image of an undecided point of the slice moves where the point does, map units
 /// a map unit: the median over some thousands of points, and at least 1. @throws Interrupted
 double first_stretch(const map::DeviceMap& map, const std::stop_token& stop);
+
+/// How far images of these points of the slice move where the points do, map units a map unit,
+/// after one iterate and more, up to `most`: less at about the share `quantile` of the points whose
+/// orbits are undecided so far. Fewer than `most` where none is. @throws Interrupted
+std::vector<double> stretches_at(const map::DeviceMap& map,
+                                 const std::vector<Eigen::Vector3d>& points, int most,
+                                 double quantile, const std::stop_token& stop);
 
 }  // namespace qjulia::surface

@@ -14,8 +14,6 @@ namespace {
 
 /// Points on the device at a time, for memory's sake.
 constexpr std::size_t kMostPoints = std::size_t{1} << 20;
-/// What looking an orbit up costs, in factors' logarithms.
-constexpr double kLookUpCost = 60;
 
 /// Points on the device with their F.
 template <class Real>

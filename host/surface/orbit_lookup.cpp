@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "device/point_batch.hpp"
 #include "surface/image_probe.hpp"
 
 namespace qjulia::surface {
@@ -75,6 +76,35 @@ std::shared_ptr<const OrbitLookup> make_lookup(const map::DeviceMap& map, const 
       stop);
   return std::make_shared<const OrbitLookup>(
       OrbitLookup{std::move(lattice), std::move(table), tabled});
+}
+
+std::vector<float> looked_up_fields(const map::DeviceMap& map, const ImageLattice& lattice,
+                                    const ImageTable& table, int iterates,
+                                    const std::vector<Eigen::Vector3d>& points,
+                                    const std::stop_token& stop) {
+  std::vector<float> fields(points.size());
+  device::PointBatch batch(map.context(), map.kernel("look_up.cl", "look_up_points"),
+                           map.precision(), 1, kLookUpCost);
+  batch.run<3, 1>(
+      points.size(),
+      [&](std::size_t i) {
+        return std::array{points[i].x(), points[i].y(), points[i].z()};
+      },
+      [&](const device::PointBatch::Part& part) {
+        Arguments arguments{part.in,
+                            device::narrow(part.stride),
+                            device::narrow(part.count),
+                            map.buffer(),
+                            iterates,
+                            iterates};
+        append_lattice(lattice, arguments);
+        append_table(table, arguments);
+        arguments.emplace_back(part.out);
+        return arguments;
+      },
+      [&](std::size_t i, const std::array<double, 1>& f) { fields[i] = static_cast<float>(f[0]); },
+      0, stop);
+  return fields;
 }
 
 void append_lattice(const ImageLattice& lattice, Arguments& arguments) {

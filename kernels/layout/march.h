@@ -7,6 +7,7 @@ QJ_ARGUMENTS(qj_march) {
   real radius;    /* of a ball about the origin that holds the set */
   real steepest;  /* greatest |grad F_1| about the band */
   real shortest;  /* the least step */
+  real first;     /* the least first step after a hint */
   real tolerance; /* of the depths of hits */
   real margin;    /* the table's F is right to this where it ends iterates before `tabled` */
   int iterations; /* n */
