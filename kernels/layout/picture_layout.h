@@ -34,8 +34,9 @@
 #define QJ_LIGHT_TEXEL 19     /* width of a texel */
 #define QJ_LIGHT_MAP_SIZE 20  /* texels a side */
 #define QJ_LIGHT_MAP_FIRST 21 /* index of its first texel in the atlas of all maps */
-#define QJ_LIGHT_BOUNCE 22 /* of a lamp: index of the first of the texels that send its light on \
-                            */
+#define QJ_LIGHT_BOUNCE                                                    \
+  22 /* of a lamp: index of the first of the texels that send its light on \
+      */
 #define QJ_LIGHT_SIZE 23
 
 /* What a lamp's map sees of the shape, as lights: squares of texels, the first of half the map's

@@ -152,8 +152,9 @@ TEST_CASE("a studio refuses hostile cameras, ranges, exposures and sizes by name
       write_layers({{1.0F}, {1.0F}, {}}, n, folder.path() / "layers");
     });
     refuses("exr_bytes", [&] { exr_bytes({.image = {n, n, {}}, .layers = {}}); });
-    refuses("write_exr",
-            [&] { write_exr({.image = {n, 1, {}}, .layers = {}}, folder.path() / "a.exr"); });
+    refuses("write_exr", [&] {
+      write_exr({.image = {n, 1, {}}, .layers = {}}, folder.path() / "a.exr");
+    });
     CHECK(folder.names().empty());
   }
   const std::vector<Eigen::Vector3d> nowhere{kNowhere};

@@ -192,9 +192,8 @@ int run_render(const RenderArguments& arguments, const RenderPlan& plan, Session
     write_layered_picture(drawn, arguments.output.path, how);
   } else {
     write_picture(image, arguments.output.path, how,
-                  arguments.no_map
-                      ? std::string()
-                      : carried_map(scene, plan.view.map_options, session.job()));
+                  arguments.no_map ? std::string()
+                                   : carried_map(scene, plan.view.map_options, session.job()));
   }
   std::vector<std::string> layer_files;
   if (!arguments.layers.empty()) {
