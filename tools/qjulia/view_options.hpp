@@ -24,8 +24,8 @@ struct ViewArguments {
   std::optional<Option> material;
 };
 
-/// --size, --samples, --bits, those of the camera, --cut, --look, --material, --exact, those of looks and
-/// those of maps. `arguments` must stay where it is.
+/// --size, --samples, --bits, those of the camera, --cut, --look, --material, --exact, those of
+/// looks and those of maps. `arguments` must stay where it is.
 void add_view(Command command, ViewArguments& arguments);
 
 /// The view, checked. @param input the map or mesh that it shows. @throws InputError naming the
