@@ -117,7 +117,8 @@ double image_lattice(const Device& device, Precision precision) {
     }
   });
   // Pages in their order, none of which is left out.
-  const std::size_t pages = (field.size() + QJ_LATTICE_PAGE_NODES - 1) / QJ_LATTICE_PAGE_NODES;
+  constexpr std::size_t kNodes{QJ_LATTICE_PAGE_NODES};
+  const std::size_t pages = (field.size() + kNodes - 1) / kNodes;
   std::vector<std::int32_t> places(pages * (1 + QJ_LATTICE_PAGE));
   for (std::size_t page = 0; page < pages; ++page) {
     places[page] = device::narrow(pages + page * QJ_LATTICE_PAGE);

@@ -138,9 +138,10 @@ void add_masks(const View& view, const Strip& strip, const std::optional<Box>& p
   }
   for (std::size_t i = 0; ground && i < strip.depths.size(); ++i) {
     if (strip.depths[i] >= 0) continue;
-    const double x = static_cast<double>(i % static_cast<std::size_t>(view.columns)) + 0.5;
-    const double y =
-        first_row + static_cast<double>(i / static_cast<std::size_t>(view.columns)) + 0.5;
+    const auto wide = static_cast<std::size_t>(view.columns);
+    const std::size_t row = i / wide;
+    const double x = static_cast<double>(i % wide) + 0.5;
+    const double y = first_row + static_cast<double>(row) + 0.5;
     const bool is_below = view.direction(x, y).dot(up) < 0 && view.origin(x, y).dot(up) > *ground;
     if (is_below) add(i, 1);
   }

@@ -483,9 +483,10 @@ class MarchSource : public DepthSource {
     for (std::size_t i = 0; i < close_up.depths.size(); ++i) {
       const double depth = double{close_up.depths[i]};
       const auto wide = static_cast<std::size_t>(few.columns);
+      const std::size_t column = i % wide, row = i / wide;
       if (depth >= 0) {
-        seen.push_back(few.at(static_cast<double>(i % wide) + 0.5,
-                              static_cast<double>(i / wide) + 0.5, depth));
+        seen.push_back(
+            few.at(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5, depth));
       }
     }
     close_up.stretches =

@@ -229,7 +229,14 @@ std::vector<PictureSetting> light_settings() {
          .help = fmt::format("Settings that go together: {}; or a file of your own. Other options "
                              "override it",
                              fmt::join(look_names(), ", ")),
-         .interpolation = Interpolation::none},
+         .interpolation = Interpolation::none,
+         .group = "Look",
+         .controls = {{.name = "wears",
+                       .label = "look",
+                       .help = "Light, matter and colours that go together; what is set below "
+                               "overrides it",
+                       .words = look_names(),
+                       .needs_server = true}}},
         [](PictureOptions& p) -> ValuePlace { return &p.look; }}},
       {{{.name = "material",
          .words = {"clay", "iterations", "trap", "groove", "height", "factor"},

@@ -47,9 +47,11 @@ std::vector<std::int32_t> nodes_of(const Grid& grid, const std::vector<std::int3
   return nodes;
 }
 
+constexpr std::size_t kPageNodes{QJ_LATTICE_PAGE_NODES};
+
 /// Pages of a level (layout/image_lattice.h).
 std::size_t pages_of(const Grid& grid) {
-  return (whole(grid).size() + QJ_LATTICE_PAGE_NODES - 1) / QJ_LATTICE_PAGE_NODES;
+  return (whole(grid).size() + kPageNodes - 1) / kPageNodes;
 }
 
 /// Where the nodes of all levels are stored (layout/image_lattice.h).
@@ -66,7 +68,7 @@ class Storage {
     std::vector<std::int32_t> slots(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const auto node = static_cast<std::size_t>(nodes[i]);
-      const std::size_t page = first_ + node / QJ_LATTICE_PAGE_NODES;
+      const std::size_t page = first_ + node / kPageNodes;
       if (places_[page] == empty_) {
         places_[page] = device::narrow(places_.size());
         places_.resize(places_.size() + QJ_LATTICE_PAGE);

@@ -46,6 +46,7 @@ struct Control {
   bool is_logarithmic = false;       ///< equal ways multiply the value by the same
   bool is_whole = false;             ///< it takes whole numbers alone
   std::vector<std::string> words{};  ///< a menu's entries; empty: it is a slider
+  bool needs_server = false;         ///< browsers do not draw it
 };
 
 /// A value that can be given, in the words of a command line. Each setting has one: the tests give

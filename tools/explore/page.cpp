@@ -117,7 +117,7 @@ std::string page_of(const PageKind& kind, const Map* map, const std::string& fil
       {"style", std::string(file_of_page("style.css"))},
       {"shaders", kind.renderer == kByBrowser ? shaders_of_page(*map) : ""},
       {"palettes", palettes_json()},
-      {"settings", map == nullptr ? "" : page_settings(*map)},
+      {"settings", map == nullptr ? "" : page_settings(*map, kind.renderer != kByBrowser)},
       {"outline", json_of(outline)},
       {"map", map == nullptr ? "" : json_of(*map)},
       {"script", std::string(file_of_page(kind.entry))}};

@@ -54,6 +54,9 @@ class FormOf {
   Form operator()(const WordPlace& value) const {
     return {"word", {setting_.words.at(value.index())}};
   }
+  Form operator()(const std::string* value) const {
+    return {"word", {value->empty() ? "none" : *value}};
+  }
   Form operator()(const Palette*) const { return {"word", {palette_names().front()}}; }
   Form operator()(const std::optional<UpAxis>* value) const {
     return {"word", {to_string(value->value_or(UpAxis{}))}};
@@ -112,7 +115,7 @@ json setting_json(const Setting& setting, const Form& form, double most) {
 
 }  // namespace
 
-std::string page_settings(const Map& map) {
+std::string page_settings(const Map& map, bool is_served) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   PictureOptions usual;
   usual.camera.up = map.frame.up.value_or(kDefaultUp);
@@ -120,6 +123,7 @@ std::string page_settings(const Map& map) {
   json of_map = json::array(), of_picture = json::array();
   for (const PictureSetting& setting : picture_settings()) {
     if (setting.controls.empty()) continue;
+    if (setting.controls.front().needs_server && !is_served) continue;
     const Form form = std::visit(FormOf(setting), setting.place(usual));
     (setting.name == "iterations" ? of_map : of_picture)
         .push_back(setting_json(setting, form, kInfinity));

@@ -76,7 +76,8 @@ void add_command(CommandLine& program, ChosenCommand& chosen, const CommandText&
   command.on_chosen([arguments, planned, command, plan, run, &chosen] {
     chosen.job = command.job();
     chosen.plan = [arguments, planned, plan]() -> Plan {
-      return planned->emplace(plan(*arguments));
+      const Plan& files = planned->emplace(plan(*arguments));
+      return {files.inputs, files.outputs};
     };
     chosen.run = [arguments, planned, run](Session& session) {
       return run(*arguments, planned->value(), session);

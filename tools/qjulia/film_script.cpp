@@ -121,9 +121,9 @@ class ScriptReader {
       } else if (name == "rate") {
         script_.rate = number_above_0(node, name);
       } else if (name == "step") {
-        step_ = at(node, name, [&] { return film::step_named(text(node, name)); });
+        step_ = at(node, name, [&, &word = node] { return film::step_named(text(word, name)); });
       } else if (name == "loop") {
-        loop_ = at(node, name, [&] { return film::loop_named(text(node, name)); });
+        loop_ = at(node, name, [&, &word = node] { return film::loop_named(text(word, name)); });
       } else if (name == "keys") {
         keys = (file_.parent_path() / text(node, name)).string();
       } else {
@@ -180,7 +180,7 @@ class ScriptReader {
     for (auto&& [key, node] : table) {
       const std::string name(key.str());
       if (name == "at" || name == "step") continue;
-      at(node, name, [&] { add_key(name, *time, numbers_of(node), step); });
+      at(node, name, [&, &value = node] { add_key(name, *time, numbers_of(value), step); });
     }
   }
 
