@@ -5,9 +5,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "obj_text.hpp"
 #include "png_file.hpp"
 #include "process.hpp"
 #include "qjulia/map_file.hpp"
+#include "shapes.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;
@@ -118,6 +120,7 @@ TEST_CASE("FFmpeg gets the pictures, and where it fails they are kept with the c
                          "#!/bin/sh\n"
                          "echo \"$@\" > \"$0.words\"\n"
                          "for last; do :; done\n"
+                         "last=${last#file:}\n"
                          "[ -e \"$0.fail\" ] && { echo 'no encoder' >&2; exit 3; }\n"
                          "echo film > \"$last\"\n");
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
@@ -127,6 +130,12 @@ TEST_CASE("FFmpeg gets the pictures, and where it fails they are kept with the c
   REQUIRE(made.exit_code == 0);
   CHECK(read_text(studio.folder / "turn.mp4") == "film\n");
   CHECK_FALSE(std::filesystem::exists(studio.folder / "turn.frames"));
+  // What else is in the folder stays.
+  std::filesystem::create_directory(studio.folder / "mine.frames");
+  studio.folder.file("mine.frames/thesis.txt", "precious");
+  CHECK(film(studio, "mine.mp4", {}, with_it).exit_code == 0);
+  CHECK(read_text(studio.folder / "mine.frames/thesis.txt") == "precious");
+  CHECK_FALSE(std::filesystem::exists(studio.folder / "mine.frames/frame_0001.png"));
   const std::string words = read_text(program + ".words");
   CHECK_THAT(words, ContainsSubstring("-framerate 3 ") && ContainsSubstring("libx264") &&
                         ContainsSubstring("yuv420p") &&
@@ -199,6 +208,14 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
   CHECK_THAT(studio.refused(film + "[options]\nsize = \"big\"\n"),
              ContainsSubstring("bad.toml:4: [options]: "));
   CHECK_THAT(studio.refused(film + "keys = \"none.csv\"\n"), ContainsSubstring("none.csv"));
+  CHECK_THAT(studio.refused(film + "[options]\nlook_at = [true, 0, 0]\n"),
+             ContainsSubstring("'look_at' must be a number"));
+  CHECK_THAT(studio.refused(film + "[[key]]\nat = 0\nphase_i = 1\nphase_j = 2\n"),
+             ContainsSubstring("'phase-i' moves the same"));
+  studio.folder.file("ball.obj", obj_text(qjulia::shapes::sphere(1)));
+  CHECK_THAT(
+      studio.refused("[film]\nmap = \"ball.obj\"\nseconds = 1\n[[key]]\nat = 0\ndrift = 1\n"),
+      ContainsSubstring("needs a map"));
   CHECK_THAT(studio.refused(film + "[keys]\n"), ContainsSubstring("'keys' is not known here"));
   CHECK(run_command({"film", studio.script, "-o", studio.folder / "x", "--frames", "5:9"})
             .exit_code == 2);

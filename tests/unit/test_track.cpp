@@ -102,6 +102,9 @@ TEST_CASE("a point that is looked at moves evenly across the picture while the c
     const double seen = (fixed - point.at(time, zoom).front()) * zoom.at(time).front();
     CHECK(seen == Catch::Approx(fixed));
   }
+  const Track there_and_back =
+      track_of({{0, 1}, {2, 30}, {4, 2}}, Step::spline, Loop::hold, Interpolation::logarithmic);
+  for (const double time : {0.5, 2.0, 3.5}) CHECK(point.at(time, there_and_back) == point.at(time));
   const Track still = track_of({{0, 3}, {4, 3}}, Step::linear);
   CHECK(point.at(2, still) == point.at(2));
 }
@@ -122,9 +125,11 @@ TEST_CASE("keys of no use are refused") {
 
 TEST_CASE("each type of film has its encoder's words") {
   for (const std::string& type : film::film_types()) {
-    const auto words = film::encoder_words({"folder", "film" + type, 24, false, "note"});
+    const auto words = film::encoder_words({"fol%der", "film" + type, 24, 7, false, "note"});
     CHECK(words.front() == "ffmpeg");
-    CHECK(words.back() == "film" + type);
+    CHECK(words.back() == "file:film" + type);
+    CHECK(std::ranges::count(words, "file:fol%%der/frame_%04d.png") == 1);
+    CHECK(std::ranges::count(words, "7") == 1);
     CHECK(std::ranges::count(words, "24") == 1);
     CHECK(std::ranges::count(words, "comment=note") == 1);
   }

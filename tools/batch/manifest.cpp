@@ -286,13 +286,15 @@ class Reader {
     return std::nullopt;
   }
 
-  /// Options of a job, over those that it has.
+  /// Gives a job options over those that it has, which stay where these are refused.
   void read_job(const toml::table& table, std::size_t line, EntryJob& job) {
     std::ostringstream text;
     text << toml::json_formatter(table);
-    job.options.update(nlohmann::json::parse(text.str()));
+    EntryJob changed = job;
+    changed.options.update(nlohmann::json::parse(text.str()));
     try {
-      checks_.job(job, folder());
+      checks_.job(changed, folder());
+      job = std::move(changed);
     } catch (const InputError& error) {
       complain(line, fmt::format("{}: {}", job.command, error.what()));
     }
@@ -307,14 +309,13 @@ class Reader {
     if (!job) job = EntryJob{"surface", ".ply"};
     if (node.is_boolean()) return;
     const toml::table* const table = node.as_table();
+    toml::table options = table == nullptr ? toml::table() : *table;
     if (table == nullptr) {
       job->extension = surface_type(node, line,
                                     "'surface' must be true, false, a table of options of 'qjulia "
                                     "surface', or")
                            .value_or(job->extension);
-      return;
     }
-    toml::table options = *table;
     if (const toml::node* const type = options.get("type")) {
       job->extension = surface_type(*type, line, "'type' must be").value_or(job->extension);
       options.erase("type");

@@ -11,7 +11,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// Players take widths and heights that are even alone, and colours by the matrix of HDTV.
+/// Players take only even widths and heights, and colours by the matrix of HDTV.
 constexpr const char* kForPlayers =
     "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv";
 const Words kBt709{"-colorspace", "bt709", "-color_primaries", "bt709",
@@ -46,6 +46,13 @@ Words words_of_type(const std::string& type, bool is_transparent) {
   return {"-f", "apng", "-plays", "0"};
 }
 
+/// The folder's pictures as FFmpeg counts them: a per cent sign of a name stands doubled.
+std::string pattern_of(const std::filesystem::path& folder) {
+  std::string pattern;
+  for (const char c : (folder / "").string()) pattern += c == '%' ? "%%" : std::string(1, c);
+  return pattern + "frame_%04d.png";
+}
+
 }  // namespace
 
 const std::vector<std::string>& film_types() {
@@ -63,14 +70,17 @@ std::vector<std::string> encoder_words(const Encoding& encoding) {
               "-y",
               "-framerate",
               fmt::format("{}", encoding.rate),
+              "-start_number",
+              "1",
               "-i",
-              (encoding.frames / "frame_%04d.png").string()};
+              "file:" + pattern_of(encoding.frames)};
   const Words own = words_of_type(extension_of(encoding.output), encoding.is_transparent);
   words.insert(words.end(), own.begin(), own.end());
+  words.insert(words.end(), {"-frames:v", fmt::format("{}", encoding.pictures)});
   if (!encoding.note.empty()) {
     words.insert(words.end(), {"-metadata", "comment=" + encoding.note});
   }
-  words.push_back(encoding.output.string());
+  words.push_back("file:" + encoding.output.string());
   return words;
 }
 

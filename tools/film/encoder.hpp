@@ -14,6 +14,7 @@ struct Encoding {
   std::filesystem::path frames;  ///< a folder of frame_0001.png and on
   std::filesystem::path output;  ///< of one of the types
   double rate = 25;              ///< pictures a second
+  std::size_t pictures = 0;      ///< of the film, from frame_0001.png on
   bool is_transparent = false;   ///< keep what shows through, where the type can
   std::string note{};            ///< of how it was made, kept as a comment
 };

@@ -97,6 +97,14 @@ std::vector<double> Track::at(double time, const Track& zoom) const {
   const double from = 1 / zoom.at(key.time).front(), to = 1 / zoom.at(after->time).front();
   constexpr double kLeastChange = 1.01;
   if (key.step == Step::hold || std::max(from / to, to / from) < kLeastChange) return at(time);
+  // Where the zoom goes to and fro, the point would too.
+  constexpr int kLooks = 32;
+  double last = from;
+  for (int i = 1; i <= kLooks; ++i) {
+    const double width = 1 / zoom.at(std::lerp(key.time, after->time, double(i) / kLooks)).front();
+    if ((width - last) * (to - from) < 0) return at(time);
+    last = width;
+  }
   const double way = (1 / zoom.at(within).front() - from) / (to - from);
   std::vector<double> value;
   for (std::size_t i = 0; i < key.value.size(); ++i) {

@@ -1,31 +1,19 @@
 /// qjulia batch: many meshes in, many maps out.
 
-#include <algorithm>
-
 #include "batch_commands.hpp"
 #include "fit_options.hpp"
 #include "job_run.hpp"
-#include "qjulia/file_types.hpp"
+#include "qjulia/error.hpp"
 
 namespace qjulia::tools {
 namespace {
 
-/// Files that the job names are looked for in the manifest's folder.
-void make_paths(batch::EntryJob& job, const std::filesystem::path& folder) {
-  const CommandUsage usage = command_usage(job.command);
-  for (auto& [name, value] : job.options.items()) {
-    const OptionUsage& option = option_named(usage, name);
-    const std::vector<std::string>& types = option.completion.extensions;
-    if (!option.completion.takes_files || !value.is_string()) continue;
-    const std::filesystem::path path = value.get<std::string>();
-    if (std::ranges::count(types, extension_of(path)) == 0) continue;  // such as a look's name
-    value = std::filesystem::absolute(folder / path).string();
-  }
-}
-
 void check_job(batch::EntryJob& job, const std::filesystem::path& folder) {
-  make_paths(job, folder);
-  static_cast<void>(JobRun(entry_job(job, "map.qjulia.json"), "file" + job.extension).plan());
+  find_files(job.options, command_usage(job.command), folder);
+  const Plan plan = JobRun(entry_job(job, "map.qjulia.json"), "file" + job.extension).plan();
+  if (plan.outputs.size() > 1) {
+    throw InputError("an entry has one file of each kind; leave out what makes more of them");
+  }
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ struct FilmArguments {
   std::string output;
   TrustedDevice device;
   double seconds = 0;
-  std::string frames;  ///< "10:20"; empty: all
+  std::optional<std::string> frames;  ///< "10:20"; none: all
   bool keeps_frames = false;
 };
 
@@ -44,7 +44,6 @@ struct FilmPlan : Plan {
 
 /// "10:20" of 40: 9 and 20.
 std::pair<std::size_t, std::size_t> pictures_in(const std::string& text, std::size_t count) {
-  if (text.empty()) return {0, count};
   const auto words = base::split(text, ':');
   const auto first = base::number_in<std::size_t>(words.front());
   const auto last = base::number_in<std::size_t>(words.back());
@@ -57,10 +56,11 @@ std::pair<std::size_t, std::size_t> pictures_in(const std::string& text, std::si
 
 FilmPlan plan_film(const FilmArguments& arguments) {
   FilmPlan plan;
-  plan.script = read_film_script(arguments.script, arguments.seconds, {});
+  plan.script = read_film_script(arguments.script, arguments.seconds);
   const View base = plan.script.base();
   static_cast<void>(plan.script.views(base));
-  std::tie(plan.first, plan.last) = pictures_in(arguments.frames, plan.script.pictures());
+  plan.last = plan.script.pictures();
+  if (arguments.frames) std::tie(plan.first, plan.last) = pictures_in(*arguments.frames, plan.last);
   plan.inputs = {arguments.script, plan.script.input};
   const std::filesystem::path output = arguments.output;
   plan.is_folder = extension_of(output).empty();
@@ -75,22 +75,26 @@ FilmPlan plan_film(const FilmArguments& arguments) {
 
 /// What all pictures of a film depend on: a picture that another run has drawn is this film's where
 /// the key is equal.
-std::string key_of(const FilmPlan& plan, const Job& job, const Device& device) {
+std::string key_of(const FilmPlan& plan, const Job& job) {
   nlohmann::json views = nlohmann::json::array();
   for (const View& view : plan.script.views(plan.script.base())) {
     views.push_back({to_json(view.map_options), to_json(view.picture)});
   }
-  return text_hash(to_json(job).dump() + views.dump() + device_json(device.info()).dump() +
-                   version());
+  return text_hash(to_json(job).dump() + views.dump() + version());
 }
 
-/// The number of the picture that a file holds of this film; none where it holds another.
-bool is_drawn(const std::filesystem::path& file, const std::string& key,
+/// What a picture's note says of its film.
+std::string film_note(const std::string& key, std::size_t number) {
+  return fmt::format("{} {}", key, number);
+}
+
+/// Whether the file holds the picture with that note.
+bool is_drawn(const std::filesystem::path& file, const std::string& note,
               const std::stop_token& stop) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) return false;
   try {
-    return embedded_note(file, stop).at("made_with").value("film", "") == key;
+    return embedded_note(file, stop).at("made_with").value("film", "") == note;
   } catch (const InputError&) {
     return false;
   }
@@ -154,17 +158,17 @@ void make_folder(const std::filesystem::path& folder) {
 }
 
 /// Draws the pictures that are not there yet. @return how many it drew.
-std::size_t draw_pictures(const FilmPlan& plan, const Device& device, Session& session) {
+std::size_t draw_pictures(const FilmPlan& plan, Scene scene, const Device& device,
+                          Session& session) {
   const FilmScript& script = plan.script;
   const View base = script.base();
   const std::vector<View> views = script.views(base);
   Job job = picture_job(script);
   job.device = device_json(device.info());
-  const std::string key = key_of(plan, job, device);
-  make_folder(plan.folder);
+  const std::string key = key_of(plan, job);
   const std::filesystem::path state = plan.folder / "film.json";
-  PictureSeries series(device, read_scene(script.input, session), script.input, views, job,
-                       session);
+  make_folder(plan.folder);
+  PictureSeries series(device, std::move(scene), script.input, views, job, session);
   if (auto kept = kept_frame(state, key, views)) {
     series.use(std::move(*kept));
   } else {
@@ -176,11 +180,11 @@ std::size_t draw_pictures(const FilmPlan& plan, const Device& device, Session& s
   const std::size_t count = plan.last - plan.first;
   for (std::size_t i = plan.first; i < plan.last; ++i) {
     const std::filesystem::path file = plan.folder / film::frame_name(i + 1);
-    if (is_drawn(file, key, session.stop())) continue;
+    if (is_drawn(file, film_note(key, i + 1), session.stop())) continue;
     const auto made = series.picture(i, base, false, part_monitor(session, i - plan.first, count));
     nlohmann::json how = made_with(made.job);
     how["picture"] = to_json(made.view.picture);
-    how["film"] = key;
+    how["film"] = film_note(key, i + 1);
     write_picture(made.image, file, how);
     ++drawn;
     session.written_so_far = fmt::format("{} of {} pictures are in '{}'; the same command goes on",
@@ -204,7 +208,10 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
   const std::filesystem::path output = arguments.output;
   const auto unfinished =
       output.parent_path() / ("." + output.stem().string() + ".unfinished" + extension_of(output));
-  film::Encoding encoding{plan.folder, unfinished, plan.script.rate,
+  film::Encoding encoding{plan.folder,
+                          unfinished,
+                          plan.script.rate,
+                          plan.script.pictures(),
                           plan.script.base().picture.background.kind == Backdrop::transparent,
                           one_line(made_with(session.job()))};
   session.monitor().report({"encoding", 0, -1, ""});
@@ -213,6 +220,10 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
     said = child_output(film::encoder_words(encoding), session.stop());
   } catch (const InputError& error) {
     said = {kFailed, {}, fmt::format("{}; install FFmpeg", error.what())};
+  } catch (const Interrupted&) {
+    std::error_code ignored;
+    std::filesystem::remove(unfinished, ignored);
+    throw;
   }
   std::error_code error;
   if (said.exit_code == 0) {
@@ -229,17 +240,25 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
                   plan.folder.string(), said.err, typed(film::encoder_words(encoding))));
 }
 
+/// Removes the film's own files, and the folder where nothing else is in it.
+void remove_pictures(const FilmPlan& plan) {
+  std::error_code ignored;
+  for (std::size_t i = 1; i <= plan.script.pictures(); ++i) {
+    std::filesystem::remove(plan.folder / film::frame_name(i), ignored);
+  }
+  std::filesystem::remove(plan.folder / "film.json", ignored);
+  std::filesystem::remove(plan.folder, ignored);
+}
+
 int run_film(const FilmArguments& arguments, const FilmPlan& plan, Session& session) {
+  Scene scene = read_scene(plan.script.input, session);
   const Device device = session.open_device(arguments.device);
-  const std::size_t drawn = draw_pictures(plan, device, session);
-  const std::size_t all = plan.script.pictures();
+  const std::size_t drawn = draw_pictures(plan, std::move(scene), device, session);
   session.report_kernels(device);
-  const bool is_part = plan.last - plan.first < all;
-  const bool makes_film = !plan.is_folder && !is_part;
+  const bool makes_film = !plan.is_folder && !arguments.frames;
   if (makes_film) {
     encode(arguments, plan, session);
-    std::error_code ignored;
-    if (!arguments.keeps_frames) std::filesystem::remove_all(plan.folder, ignored);
+    if (!arguments.keeps_frames) remove_pictures(plan);
   }
   const std::string made = makes_film ? fmt::format("film: {}", arguments.output)
                                       : fmt::format("pictures: {}", plan.folder.string());

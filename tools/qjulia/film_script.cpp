@@ -47,15 +47,24 @@ std::vector<double> numbers_of(const toml::node& node) {
   return numbers;
 }
 
+/// @throws InputError for what is no regular file: a pipe would be waited for
+std::string text_of_file(const std::filesystem::path& path, const char* what) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw InputError(fmt::format("'{}' is no regular file, as a {} must be", path.string(), what));
+  }
+  return base::read_text_file(path, what, kLargestScript, {});
+}
+
 /// Reads a script, table by table.
 class ScriptReader {
  public:
-  ScriptReader(std::filesystem::path file, double seconds, std::stop_token stop)
-      : file_(std::move(file)), wanted_seconds_(seconds), stop_(std::move(stop)) {}
+  ScriptReader(std::filesystem::path file, double seconds)
+      : file_(std::move(file)), wanted_seconds_(seconds) {}
 
   FilmScript read() {
-    const toml::table root = base::parse_toml(
-        base::read_text_file(file_, "script", kLargestScript, stop_), file_.string());
+    const toml::table root = base::parse_toml(text_of_file(file_, "script"), file_.string());
     for (auto&& [key, node] : root) {
       const std::string name(key.str());
       const bool is_known = (name == "film" || name == "options" || name == "loop")
@@ -139,7 +148,9 @@ class ScriptReader {
       script_.seconds = wanted_seconds_;
     }
     if (script_.seconds * script_.rate > static_cast<double>(kMostPictures)) {
-      fail(*film, fmt::format("so many seconds have more than {} pictures", kMostPictures));
+      fail(*film, fmt::format("the film would have more than {} pictures; give fewer seconds or a "
+                              "lower rate",
+                              kMostPictures));
     }
     if (!keys.empty()) read_key_file(keys);
   }
@@ -148,7 +159,10 @@ class ScriptReader {
     std::ostringstream json;
     json << toml::json_formatter(options);
     script_.options = nlohmann::json::parse(json.str());
-    at(options, "[options]", [&] { return script_.base(); });
+    at(options, "[options]", [&] {
+      find_files(script_.options, command_usage("render"), file_.parent_path());
+      return script_.base();
+    });
   }
 
   const MovingSetting& setting_of(const std::string& name) const {
@@ -186,7 +200,7 @@ class ScriptReader {
 
   /// A table whose first row has names, "at" the first of them; an empty cell is no key.
   void read_key_file(const std::string& path) {
-    const std::string content = base::read_text_file(path, "table of keys", kLargestScript, stop_);
+    const std::string content = text_of_file(path, "table of keys");
     const char between = content.find('\t') != std::string::npos  ? '\t'
                          : content.find(';') != std::string::npos ? ';'
                                                                   : ',';
@@ -237,9 +251,16 @@ class ScriptReader {
             at(node, name, [&, &value = node] { return film::loop_named(text(value, name)); });
       }
     }
+    std::map<std::string, std::string> names;  // of tracks, by their options
     for (auto& [name, keys] : keys_) {
       const auto found = by_name.find(name);
       try {
+        const MovingSetting& setting = setting_of(name);
+        if (setting.is_of_map) expect_map("it", script_.input);
+        const auto [other, is_new] = names.emplace(setting.of, name);
+        if (!is_new && setting.of != "cut") {
+          throw InputError(fmt::format("'{}' moves the same; give keys of one", other->second));
+        }
         script_.tracks.emplace(name, film::Track(std::move(keys), setting_of(name).interpolation,
                                                  found == by_name.end() ? loop_ : found->second));
       } catch (const InputError& error) {
@@ -250,7 +271,6 @@ class ScriptReader {
 
   std::filesystem::path file_;
   double wanted_seconds_, stretch_ = 1;
-  std::stop_token stop_;
   film::Step step_ = film::Step::spline;
   film::Loop loop_ = film::Loop::hold;
   std::map<std::string, std::vector<film::Key>> keys_;
@@ -387,9 +407,8 @@ std::vector<View> FilmScript::views(const View& base) const {
   return all;
 }
 
-FilmScript read_film_script(const std::filesystem::path& file, double seconds,
-                            const std::stop_token& stop) {
-  return ScriptReader(file, seconds, stop).read();
+FilmScript read_film_script(const std::filesystem::path& file, double seconds) {
+  return ScriptReader(file, seconds).read();
 }
 
 std::string film_template(const std::string& name) {

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -30,8 +29,7 @@ struct FilmScript {
 /// Reads a script (docs/guide/films.md). Files are looked for in its folder.
 /// @param seconds the film's length in place of the script's, to which all keys are stretched; 0:
 ///   the script's. @throws InputError naming file, line and what to do
-FilmScript read_film_script(const std::filesystem::path& file, double seconds,
-                            const std::stop_token& stop);
+FilmScript read_film_script(const std::filesystem::path& file, double seconds);
 
 /// A commented script to begin with. @param name one of `film_template_names`
 std::string film_template(const std::string& name);

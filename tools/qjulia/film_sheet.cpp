@@ -30,7 +30,7 @@ struct SheetPlan : Plan {
 
 SheetPlan plan_sheet(const SheetArguments& arguments) {
   SheetPlan plan;
-  plan.script = read_film_script(arguments.script, arguments.seconds, {});
+  plan.script = read_film_script(arguments.script, arguments.seconds);
   static_cast<void>(plan.script.views(plan.script.base()));
   plan.inputs = {arguments.script, plan.script.input};
   plan.outputs = {output_named("--output", arguments.output, {".png"})};

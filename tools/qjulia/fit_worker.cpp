@@ -30,12 +30,15 @@ nlohmann::json without_schedule_folder(nlohmann::json options) {
   return options;
 }
 
-/// A job's options, the same from wherever the batch is started.
+/// A job's options, the same from wherever the batch is started: files by names and hashes.
 nlohmann::json without_folders(nlohmann::json options) {
   for (nlohmann::json& value : options) {
     if (!value.is_string()) continue;
     const std::filesystem::path path = value.get<std::string>();
-    if (path.is_absolute()) value = name_of(path);
+    std::error_code ignored;
+    if (path.is_absolute() && std::filesystem::is_regular_file(path, ignored)) {
+      value = name_of(path) + " " + file_hash(path);
+    }
   }
   return options;
 }

@@ -11,6 +11,7 @@
 #include "command_line.hpp"
 #include "files.hpp"
 #include "qjulia/error.hpp"
+#include "qjulia/file_types.hpp"
 #include "qjulia/version.hpp"
 
 namespace qjulia::tools {
@@ -68,6 +69,15 @@ bool is_option_value(const nlohmann::json& value) {
          (value.is_array() && !value.empty() && std::ranges::all_of(value, are_words));
 }
 
+/// @throws InputError
+void expect_option_value(const std::string& name, const nlohmann::json& value) {
+  if (is_option_value(value)) return;
+  throw InputError(
+      fmt::format("'{}' must be a number, text, true, false, a list of numbers or "
+                  "texts, or a list of such lists",
+                  name));
+}
+
 const nlohmann::json& member(const nlohmann::json& object, const char* name,
                              nlohmann::json::value_t type, const std::string& source) {
   if (!object.contains(name)) {
@@ -113,6 +123,23 @@ void set_changes(nlohmann::json& options, const nlohmann::json& was, const nlohm
     } else {
       options[name] = value;
     }
+  }
+}
+
+void find_files(nlohmann::json& options, const CommandUsage& usage,
+                const std::filesystem::path& folder) {
+  for (auto& [name, value] : options.items()) {
+    const OptionUsage& option = option_named(usage, name);
+    const std::vector<std::string>& types = option.completion.extensions;
+    if (!option.completion.takes_files || !value.is_string()) continue;
+    const std::filesystem::path named = value.get<std::string>();
+    if (std::ranges::count(types, extension_of(named)) == 0) continue;  // such as a look's name
+    const std::filesystem::path path = std::filesystem::absolute(folder / named);
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) {
+      throw InputError(fmt::format("{}: there is no file '{}'", name, path.string()));
+    }
+    value = path.string();
   }
 }
 
@@ -166,11 +193,11 @@ Job job_from_json(const nlohmann::json& object, const std::string& source) {
     }
   }
   for (const auto& [name, value] : job.options.items()) {
-    if (is_option_value(value)) continue;
-    throw InputError(
-        fmt::format("the job in '{}': '{}' must be a number, text, true, false, a list "
-                    "of numbers or texts, or a list of such lists",
-                    source, name));
+    try {
+      expect_option_value(name, value);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("the job in '{}': {}", source, error.what()));
+    }
   }
   return job;
 }
@@ -205,6 +232,7 @@ std::vector<std::string> words_of(const Job& job, const CommandUsage& usage,
   }
   for (const auto& [name, value] : job.options.items()) {
     const OptionUsage& option = option_named(usage, name);
+    expect_option_value(name, value);
     if (option.is_positional) continue;
     if (option.values.empty() != value.is_boolean()) {
       throw InputError(fmt::format(

@@ -36,6 +36,11 @@ struct Job {
 /// The name of an option in jobs: "look_at" of "--look-at", "map" of "MAP".
 std::string job_name(const std::string& option);
 
+/// Makes absolute paths of the files that options name, which are looked for in `folder`.
+/// @throws InputError for one that is not there
+void find_files(nlohmann::json& options, const CommandUsage& usage,
+                const std::filesystem::path& folder);
+
 /// Gives a job's options the values by which `is` differs from `was`, both as tables of settings
 /// give them: null takes an option out, and a flag is given where it is turned.
 void set_changes(nlohmann::json& options, const nlohmann::json& was, const nlohmann::json& is);

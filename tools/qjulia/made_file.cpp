@@ -30,9 +30,10 @@ nlohmann::json options_of(const explore::MakeRequest& wanted, const CommandUsage
   if (!is_picture(wanted) && !format_up("mesh" + wanted.extension)) all.erase("up");
   if (!is_picture(wanted)) all["resolution"] = wanted.resolution;
   if (wanted.millimetres) all["millimetres"] = *wanted.millimetres;
-  // Clay has no colours, and some files hold none.
+  // Clay has no colours, some files hold none, and those of an .obj are in another file.
   const bool has_colors = view.picture.material != Material::clay &&
-                          (is_picture(wanted) || holds_colors("mesh" + wanted.extension));
+                          (is_picture(wanted) ||
+                           (holds_colors("mesh" + wanted.extension) && wanted.extension != ".obj"));
   if (!has_colors) all.erase("range");
   if (!has_colors && !is_picture(wanted)) {
     for (const char* name : {"material", "palette"}) all.erase(name);

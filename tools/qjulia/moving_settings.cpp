@@ -34,8 +34,8 @@ Quaternion turned_phase(int axis, double degrees) {
 class Adder {
  public:
   using Place = std::function<ValuePlace(View&)>;
-  Adder(const Setting& setting, Place place, Settings& all)
-      : setting_(setting), place_(std::move(place)), all_(all) {}
+  Adder(const Setting& setting, bool is_of_map, Place place, Settings& all)
+      : setting_(setting), is_of_map_(is_of_map), place_(std::move(place)), all_(all) {}
 
   void operator()(double*) const {
     add<double*>(1, [](Numbers v, double* value) { *value = v[0]; });
@@ -82,10 +82,12 @@ class Adder {
       give(v, std::get<Target>(place(view)));
     };
     all_[setting_.option() + part] = {setting_.option(), numbers,
-                                      interpolation.value_or(setting_.interpolation), set};
+                                      interpolation.value_or(setting_.interpolation), is_of_map_,
+                                      set};
   }
 
   const Setting& setting_;
+  bool is_of_map_;
   Place place_;
   Settings& all_;
 };
@@ -102,17 +104,18 @@ Settings made_settings() {
   View view;
   for (const Knob& knob : knob_table()) {
     const Adder::Place place = [&knob](View& v) { return knob.place(v.map_options.knobs); };
-    std::visit(Adder(knob, place, made), place(view));
+    std::visit(Adder(knob, true, place, made), place(view));
   }
   for (const PictureSetting& setting : picture_settings()) {
     const Adder::Place place = [&setting](View& v) { return setting.place(v.picture); };
-    std::visit(Adder(setting, place, made), place(view));
+    const bool is_of_map = !setting.is_of_camera && !setting.is_of_look;
+    std::visit(Adder(setting, is_of_map, place, made), place(view));
   }
-  made["iterations"] = {"iterations", 1, Interpolation::none, [](Numbers v, View& to) {
+  made["iterations"] = {"iterations", 1, Interpolation::none, true, [](Numbers v, View& to) {
                           to.picture.iterations = static_cast<int>(whole(v[0]));
                         }};
   for (const char axis : {'x', 'y', 'z'}) {
-    made[fmt::format("cut-{}", axis)] = {"cut", 1, Interpolation::linear,
+    made[fmt::format("cut-{}", axis)] = {"cut", 1, Interpolation::linear, true,
                                          [axis](Numbers v, View& to) { set_cut(axis, v[0], to); }};
   }
   return made;

@@ -16,6 +16,7 @@ struct MovingSetting {
   std::string of;  ///< the option that it belongs to: "phase" of "phase-i"
   std::size_t numbers = 1;
   Interpolation interpolation = Interpolation::linear;
+  bool is_of_map = false;  ///< a mesh has no such setting
   /// Gives the setting a value. @throws InputError for one that it cannot have
   std::function<void(std::span<const double>, View&)> set;
 };

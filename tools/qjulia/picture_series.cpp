@@ -161,7 +161,8 @@ SeriesFrame PictureSeries::frame_of_maps() {
 }
 
 SeriesFrame PictureSeries::frame() {
-  if (!frame_) frame_ = differs_in_camera_alone() ? frame_of_camera() : frame_of_maps();
+  if (!frame_)
+    frame_ = !scene_.map || differs_in_camera_alone() ? frame_of_camera() : frame_of_maps();
   return *frame_;
 }
 
