@@ -117,7 +117,7 @@ double image_lattice(const Device& device, Precision precision) {
     }
   });
   // Pages in their order, none of which is left out.
-  constexpr std::size_t kNodes{QJ_LATTICE_PAGE_NODES};
+  constexpr auto kNodes = static_cast<std::size_t>(int{QJ_LATTICE_PAGE_NODES});
   const std::size_t pages = (field.size() + kNodes - 1) / kNodes;
   std::vector<std::int32_t> places(pages * (1 + QJ_LATTICE_PAGE));
   for (std::size_t page = 0; page < pages; ++page) {

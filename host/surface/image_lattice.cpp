@@ -47,7 +47,7 @@ std::vector<std::int32_t> nodes_of(const Grid& grid, const std::vector<std::int3
   return nodes;
 }
 
-constexpr std::size_t kPageNodes{QJ_LATTICE_PAGE_NODES};
+constexpr auto kPageNodes = static_cast<std::size_t>(int{QJ_LATTICE_PAGE_NODES});
 
 /// Pages of a level (layout/image_lattice.h).
 std::size_t pages_of(const Grid& grid) {

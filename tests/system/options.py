@@ -338,7 +338,10 @@ RUNS = {
             {"--pictures": lambda done, value: done.json["pictures"] == 2,
              "--seconds": lambda done, value: done.json["film_pictures"] == 2}),
     ],
-    "film template": [Run("dive", {"--output": "dive.toml"}, {"--output": makes("dive.toml")})],
+    "film template": [
+        Run("dive", {"--output": "dive.toml"}, {"--output": makes("dive.toml")}),
+        Run("breathe", {"--output": "breathe.toml"}, {"--output": makes("breathe.toml")}),
+    ],
     "sample": [
         Run("f.qjulia.json", {"--output": "k.npy", "--resolution": "8"},
             {"--resolution": lambda done, value: max(done.json["cells"]) == 8}),
