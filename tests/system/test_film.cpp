@@ -184,13 +184,22 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
   studio.folder.file("zoom.toml",
                      "[film]\nmap = \"ball.qjulia.json\"\nseconds = 2\nrate = 1\nkeys = "
                      "\"keys.csv\"\n[options]\nsize = \"16x12\"\nsamples = 1\n");
+  const std::string film = "[film]\nmap = \"ball.qjulia.json\"\nseconds = 1\n";
   const auto zoomed =
       run_command({"film", studio.folder / "zoom.toml", "-o", studio.folder / "zoom", "--json",
                    "--device", "cpu", "--seconds", "4"});
   INFO(zoomed.err);
   REQUIRE(zoomed.exit_code == 0);
   CHECK(json::parse(zoomed.out)["pictures"] == 4);
-  const std::string film = "[film]\nmap = \"ball.qjulia.json\"\nseconds = 1\n";
+  // Files of options lie beside the script, and pictures call them by their names.
+  studio.folder.file("mine.toml", "roughness = 0.2\n");
+  studio.folder.file("look.toml", film + "[options]\nlook = \"mine.toml\"\nsize = \"16x12\"\n");
+  const auto looked = run_command({"film", studio.folder / "look.toml", "-o",
+                                   studio.folder / "look", "--seconds", "0.04", "--device", "cpu"});
+  INFO(looked.err);
+  REQUIRE(looked.exit_code == 0);
+  const auto told = run_command({"info", studio.folder / "look/frame_0001.png", "--json"});
+  CHECK(json::parse(told.out)["made_with"]["job"]["options"]["look"] == "mine.toml");
   CHECK_THAT(studio.refused("[film]\nmap = \"ball.qjulia.json\"\n"),
              ContainsSubstring("bad.toml:1: [film] has no seconds"));
   CHECK_THAT(studio.refused(film + "speed = 3\n"),

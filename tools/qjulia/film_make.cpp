@@ -144,8 +144,15 @@ std::optional<SeriesFrame> kept_frame(const std::filesystem::path& file, const s
 /// The job of one picture, before it is known what all have in common.
 Job picture_job(const FilmScript& script) {
   Job job{.command = "render", .options = script.options};
-  job.options["map"] = name_of(script.input);
-  job.inputs["map"].path = script.input;
+  job.options["map"] = script.input;
+  // Jobs call files by their names. Those of the options have absolute paths (`find_files`).
+  for (auto& [name, value] : job.options.items()) {
+    if (!value.is_string()) continue;
+    const std::filesystem::path path = value.get<std::string>();
+    if (name != "map" && !path.is_absolute()) continue;
+    value = name_of(path);
+    job.inputs[name].path = path;
+  }
   job.hash_inputs();
   return job;
 }
