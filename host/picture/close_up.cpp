@@ -19,7 +19,8 @@ using Level = surface::ImageLattice::Level;
 
 /// Nodes of a level lie at least so many pixels apart: closer ones are more than what they save.
 constexpr double kNearestNodes = 1.5;
-/// Where they should lie nearer than this, too few cells are trusted for it, pixels.
+/// Pixels. A level whose nodes would have to lie nearer than this is not made: too few of its cells
+/// would be trusted.
 constexpr double kTooNear = 0.8;
 /// Cells along each axis times each other: their lists take a bit for each; and where blocks of
 /// them are looked at one by one.
@@ -131,7 +132,8 @@ class Sight {
                         });
     keep_needed(level.grid, firsts, kBlock, around, slope, fields);
     const double most = kNeededCells * close_up_.view.columns * close_up_.view.rows;
-    // The cells of every so manieth block, which the others' number is likely to be like.
+    // Only some of the blocks are counted, evenly spread; the others are likely to have as many
+    // cells.
     constexpr std::size_t kStride = 16;
     std::vector<Vector3i> cells;
     for (std::size_t part = 0; part < kStride; ++part) {

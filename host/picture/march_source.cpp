@@ -51,7 +51,7 @@ constexpr int kFewColumns = 80;
 constexpr double kFewestNodes = 3e5, kMostNodes = 4e6;
 /// The depths of these rays tell those of others about to this, pixels.
 constexpr double kReach = 2.5;
-/// Of what they see, so large a share is stretched less than nodes are made for.
+/// Nodes are spaced for a stretch that this share of the points these rays see stays below.
 constexpr double kStretched = 0.9;
 /// How far around what is seen rays of lights come from, in steps of the band's grid.
 constexpr double kAround = 2;

@@ -46,7 +46,7 @@ Words words_of_type(const std::string& type, bool is_transparent) {
   return {"-f", "apng", "-plays", "0"};
 }
 
-/// The folder's pictures as FFmpeg counts them: a per cent sign of a name stands doubled.
+/// The pattern by which FFmpeg finds the folder's pictures. A per cent sign of a name is doubled.
 std::string pattern_of(const std::filesystem::path& folder) {
   std::string pattern;
   for (const char c : (folder / "").string()) pattern += c == '%' ? "%%" : std::string(1, c);

@@ -16,7 +16,7 @@ struct Encoding {
   double rate = 25;              ///< pictures a second
   std::size_t pictures = 0;      ///< of the film, from frame_0001.png on
   bool is_transparent = false;   ///< keep what shows through, where the type can
-  std::string note{};            ///< of how it was made, kept as a comment
+  std::string note{};            ///< says how it was made, and is kept as the file's comment
 };
 
 /// The words of the command, "ffmpeg" first. https://ffmpeg.org/ffmpeg.html

@@ -1,5 +1,5 @@
 #pragma once
-/// A setting as a function of time, from keys.
+/// Settings as functions of time, given by keys.
 
 #include <string>
 #include <string_view>

@@ -25,7 +25,7 @@ constexpr std::size_t kMostPictures = 100'000;
 
 std::size_t line_of_node(const toml::node& node) { return node.source().begin.line; }
 
-/// "look_at": "look-at", the name of a moving setting.
+/// The name of a moving setting: "look-at" of "look_at".
 std::string dashed(std::string name) {
   std::ranges::replace(name, '_', '-');
   return name;
