@@ -37,6 +37,8 @@ struct FilmArguments {
 
 struct FilmPlan : Plan {
   FilmScript script;
+  View base;                        ///< what holds for all pictures
+  std::vector<View> views;          ///< of each picture
   std::filesystem::path folder;     ///< of the pictures
   bool is_folder = false;           ///< no film is made of them
   std::size_t first = 0, last = 0;  ///< pictures to draw; last is the one after
@@ -57,9 +59,9 @@ std::pair<std::size_t, std::size_t> pictures_in(const std::string& text, std::si
 FilmPlan plan_film(const FilmArguments& arguments) {
   FilmPlan plan;
   plan.script = read_film_script(arguments.script, arguments.seconds);
-  const View base = plan.script.base();
-  static_cast<void>(plan.script.views(base));
-  plan.last = plan.script.pictures();
+  plan.base = plan.script.base();
+  plan.views = plan.script.views(plan.base);
+  plan.last = plan.views.size();
   if (arguments.frames) std::tie(plan.first, plan.last) = pictures_in(*arguments.frames, plan.last);
   plan.inputs = {arguments.script, plan.script.input};
   const std::filesystem::path output = arguments.output;
@@ -77,7 +79,7 @@ FilmPlan plan_film(const FilmArguments& arguments) {
 /// the key is equal.
 std::string key_of(const FilmPlan& plan, const Job& job) {
   nlohmann::json views = nlohmann::json::array();
-  for (const View& view : plan.script.views(plan.script.base())) {
+  for (const View& view : plan.views) {
     views.push_back({to_json(view.map_options), to_json(view.picture)});
   }
   return text_hash(to_json(job).dump() + views.dump() + version());
@@ -168,15 +170,13 @@ void make_folder(const std::filesystem::path& folder) {
 std::size_t draw_pictures(const FilmPlan& plan, Scene scene, const Device& device,
                           Session& session) {
   const FilmScript& script = plan.script;
-  const View base = script.base();
-  const std::vector<View> views = script.views(base);
   Job job = picture_job(script);
   job.device = device_json(device.info());
   const std::string key = key_of(plan, job);
   const std::filesystem::path state = plan.folder / "film.json";
   make_folder(plan.folder);
-  PictureSeries series(device, std::move(scene), script.input, views, job, session);
-  if (auto kept = kept_frame(state, key, views)) {
+  PictureSeries series(device, std::move(scene), script.input, plan.views, job, session);
+  if (auto kept = kept_frame(state, key, plan.views)) {
     series.use(std::move(*kept));
   } else {
     nlohmann::json found = state_json(series.frame_with_exposure());
@@ -188,14 +188,15 @@ std::size_t draw_pictures(const FilmPlan& plan, Scene scene, const Device& devic
   for (std::size_t i = plan.first; i < plan.last; ++i) {
     const std::filesystem::path file = plan.folder / film::frame_name(i + 1);
     if (is_drawn(file, film_note(key, i + 1), session.stop())) continue;
-    const auto made = series.picture(i, base, false, part_monitor(session, i - plan.first, count));
+    const auto made =
+        series.picture(i, plan.base, false, part_monitor(session, i - plan.first, count));
     nlohmann::json how = made_with(made.job);
     how["picture"] = to_json(made.view.picture);
     how["film"] = film_note(key, i + 1);
     write_picture(made.image, file, how);
     ++drawn;
     session.written_so_far = fmt::format("{} of {} pictures are in '{}'; the same command goes on",
-                                         i + 1, script.pictures(), plan.folder.string());
+                                         i + 1, plan.views.size(), plan.folder.string());
   }
   return drawn;
 }
@@ -218,8 +219,8 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
   film::Encoding encoding{plan.folder,
                           unfinished,
                           plan.script.rate,
-                          plan.script.pictures(),
-                          plan.script.base().picture.background.kind == Backdrop::transparent,
+                          plan.views.size(),
+                          plan.base.picture.background.kind == Backdrop::transparent,
                           one_line(made_with(session.job()))};
   session.monitor().report({"encoding", 0, -1, ""});
   ChildOutput said;
@@ -250,7 +251,7 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
 /// Removes the film's own files, and the folder where nothing else is in it.
 void remove_pictures(const FilmPlan& plan) {
   std::error_code ignored;
-  for (std::size_t i = 1; i <= plan.script.pictures(); ++i) {
+  for (std::size_t i = 1; i <= plan.views.size(); ++i) {
     std::filesystem::remove(plan.folder / film::frame_name(i), ignored);
   }
   std::filesystem::remove(plan.folder / "film.json", ignored);
