@@ -12,6 +12,7 @@
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
+#include "patchy_paint.hpp"
 #include "qjulia/field.hpp"
 #include "qjulia/map_file.hpp"
 #include "qjulia/picture.hpp"
@@ -54,15 +55,7 @@ Map with_portals(Map map, PortalMask first = PortalMask::none) {
 }
 
 Map with_paint(Map map) {
-  Paint paint;
-  paint.cells = {14, 11, 9};
-  paint.origin = {-1.9, -1.2, -1.05};
-  paint.step = 0.23;
-  for (std::size_t i = 0; i < paint.size(); ++i) {
-    paint.shares.push_back(
-        static_cast<std::uint8_t>(i % 3 == 0 ? 255 : 255 - (i * i * 37 + 11 * i) % 256));
-  }
-  map.layers.paint = paint;
+  map.layers.paint = test::patchy_paint();
   return map;
 }
 

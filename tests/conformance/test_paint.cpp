@@ -6,6 +6,7 @@
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
+#include "patchy_paint.hpp"
 #include "qjulia/error.hpp"
 #include "qjulia/knobs.hpp"
 #include "qjulia/painting.hpp"
@@ -19,26 +20,13 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// All over the two balls, from 1 down to 1/256, in an irregular manner; a third is whole.
-Paint patchy_paint() {
-  Paint paint;
-  paint.cells = {14, 11, 9};
-  paint.origin = {-1.9, -1.2, -1.05};
-  paint.step = 0.23;
-  for (std::size_t i = 0; i < paint.size(); ++i) {
-    paint.shares.push_back(
-        static_cast<std::uint8_t>(i % 3 == 0 ? 255 : 255 - (i * i * 37 + 11 * i) % 256));
-  }
-  return paint;
-}
-
 Paint even_paint(std::uint8_t share) {
-  Paint paint = patchy_paint();
+  Paint paint = test::patchy_paint();
   paint.shares.assign(paint.size(), share);
   return paint;
 }
 
-Map painted_map(const Paint& paint = patchy_paint()) {
+Map painted_map(const Paint& paint = test::patchy_paint()) {
   Map map = test::distance_map(0.12);
   map.dynamics.phase = {0.8, 0, 0.6, 0};
   map.layers.paint = paint;
@@ -49,7 +37,7 @@ Map painted_factors() {
   Map map = test::random_map(9, 0.2, 0.9, 3);
   map.dynamics.surface_level = -0.2;
   map.layers.steepness = 1.5;
-  map.layers.paint = patchy_paint();
+  map.layers.paint = test::patchy_paint();
   return map;
 }
 
