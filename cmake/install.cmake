@@ -35,18 +35,15 @@ foreach(part mesh fit picture all shared)
   install(EXPORT qjulia_${part}_targets NAMESPACE qjulia:: DESTINATION ${package_folder} COMPONENT dev)
 endforeach()
 
-# What rooms of that part declare, and what these headers include (lint.headers builds each alone).
-set(field_headers box colors cut detail detail_choice device distance_grid driver_facts energy error field file_types
-    kernel_resources knob_table knobs label_check lamp map map_file material_range modulus opencl orbit_settings paint portal progress
-    provenance quaternion rotation sample sample_settings setting slope
-    trace tuning tuning_cache up_axis version versor)
-list(TRANSFORM field_headers PREPEND ${PROJECT_SOURCE_DIR}/include/qjulia/)
-list(TRANSFORM field_headers APPEND .hpp)
-file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/include/qjulia/*.hpp)
-list(REMOVE_ITEM headers ${field_headers})
+# Headers of the rooms of that part; they include no others (lint.headers builds each alone).
 set(header_folder ${CMAKE_INSTALL_INCLUDEDIR}/qjulia)
-install(FILES ${field_headers} DESTINATION ${header_folder} COMPONENT field_dev)
-install(FILES ${headers} DESTINATION ${header_folder} COMPONENT dev)
+foreach(room base device map energy)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/qjulia/${room} DESTINATION ${header_folder} COMPONENT field_dev)
+endforeach()
+foreach(room mesh exact surface fit edit picture profile check)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/qjulia/${room} DESTINATION ${header_folder} COMPONENT dev)
+endforeach()
+install(FILES ${PROJECT_SOURCE_DIR}/include/qjulia/qjulia.hpp DESTINATION ${header_folder} COMPONENT dev)
 
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/qjulia-config-version.cmake
   COMPATIBILITY SameMinorVersion)

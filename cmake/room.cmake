@@ -1,8 +1,9 @@
-# qjulia_room(NAME SOURCES FILE… [LINKS ROOM…] [USES LIBRARY…]): this folder as the object library
+# qjulia_room(NAME SOURCES FILE… [LINKS ROOM…] [SEES ROOM…] [USES LIBRARY…]): this folder as the object library
 # qjulia_NAME. `#include "NAME/x.hpp"` finds its headers in the room itself and in rooms that link to
-# it, directly or not, and nowhere else: an include against the link lines does not compile.
+# it, directly or not, and nowhere else: an include against the link lines does not compile. Of rooms that
+# it SEES it finds the headers too, but not those of rooms that these link to.
 function(qjulia_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;LINKS;USES" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "SOURCES;LINKS;SEES;USES" ${ARGN})
   set(target qjulia_${name})
   set(root ${PROJECT_BINARY_DIR}/rooms/${name})
   file(MAKE_DIRECTORY ${root})
@@ -11,7 +12,8 @@ function(qjulia_room name)
 
   add_library(${target} OBJECT ${ROOM_SOURCES})
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-  target_include_directories(${target} PUBLIC ${root})
+  list(TRANSFORM ROOM_SEES PREPEND ${PROJECT_BINARY_DIR}/rooms/)
+  target_include_directories(${target} PUBLIC ${root} ${ROOM_SEES})
   target_link_libraries(${target} PUBLIC qjulia_public ${ROOM_LINKS} PRIVATE qjulia_flags ${ROOM_USES})
 endfunction()
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
-#include <qjulia/map_file.hpp>
-#include <qjulia/opencl.hpp>
-#include <qjulia/picture.hpp>
+#include <qjulia/map/map_file.hpp>
+#include <qjulia/map/opencl.hpp>
+#include <qjulia/picture/picture.hpp>
 
 const char* const kSource = R"(
 #include "map.clh"

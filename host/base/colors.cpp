@@ -1,4 +1,4 @@
-#include "qjulia/colors.hpp"
+#include "qjulia/base/colors.hpp"
 
 #include <fmt/format.h>
 

@@ -7,8 +7,8 @@
 
 #include "base/range_check.hpp"
 #include "base/text.hpp"
-#include "qjulia/cut.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/cut.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "qjulia/detail_choice.hpp"
+#include "qjulia/base/detail_choice.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/file_types.hpp"
+#include "base/file_types.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "base/text.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 namespace {

@@ -13,8 +13,8 @@
 #include <new>
 
 #include "base/text.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia::base {
 namespace {

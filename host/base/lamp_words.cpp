@@ -5,8 +5,8 @@
 
 #include "base/range_check.hpp"
 #include "base/text.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/lamp.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/lamp.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/material_range.hpp"
+#include "qjulia/base/material_range.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "base/range_check.hpp"
 #include "base/text.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 

@@ -10,9 +10,9 @@
 #include <cstring>
 #include <map>
 
+#include "base/file_types.hpp"
 #include "base/output_file.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/file_types.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::base {
 namespace {

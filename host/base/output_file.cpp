@@ -14,7 +14,7 @@
 #include <streambuf>
 #include <vector>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::base {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::base {
 

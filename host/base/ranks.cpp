@@ -1,10 +1,10 @@
-#include "qjulia/ranks.hpp"
+#include "qjulia/fit/ranks.hpp"
 
 #include <fmt/format.h>
 
 #include <limits>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 

@@ -1,4 +1,4 @@
-#include "qjulia/setting.hpp"
+#include "qjulia/base/setting.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

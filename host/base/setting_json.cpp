@@ -3,8 +3,8 @@
 #include <cmath>
 #include <type_traits>
 
-#include "qjulia/colors.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/colors.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::base {
 namespace {

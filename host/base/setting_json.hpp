@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "qjulia/setting.hpp"
+#include "qjulia/base/setting.hpp"
 
 namespace qjulia::base {
 

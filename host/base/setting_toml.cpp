@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::base {
 namespace {

@@ -2,7 +2,7 @@
 /// Values of settings from files of TOML.
 
 #include "base/toml.hpp"
-#include "qjulia/setting.hpp"
+#include "qjulia/base/setting.hpp"
 
 namespace qjulia::base {
 

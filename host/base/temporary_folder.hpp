@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::base {
 

@@ -1,4 +1,4 @@
-#include "qjulia/trace.hpp"
+#include "qjulia/base/trace.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/output_file.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/version.hpp"
 
 namespace qjulia {
 

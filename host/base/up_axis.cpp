@@ -1,4 +1,4 @@
-#include "qjulia/up_axis.hpp"
+#include "qjulia/base/up_axis.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "qjulia/version.hpp"
+#include "qjulia/base/version.hpp"
 
 namespace qjulia {
 

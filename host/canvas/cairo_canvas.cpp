@@ -4,7 +4,7 @@
 #include <bit>
 #include <iterator>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::canvas {
 

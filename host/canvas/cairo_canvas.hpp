@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::canvas {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <span>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::check {
 

@@ -6,7 +6,7 @@
 #include "check/small_problems.hpp"
 #include "map/reference_iteration.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::check {
 namespace {

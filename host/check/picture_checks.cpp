@@ -11,7 +11,7 @@
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::check {
 namespace {

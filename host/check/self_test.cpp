@@ -1,4 +1,4 @@
-#include "qjulia/self_test.hpp"
+#include "qjulia/check/self_test.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "base/output_file.hpp"
 #include "check/checks.hpp"
 #include "device/cache_folder.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 namespace {

@@ -4,7 +4,7 @@
 #include "base/random.hpp"
 #include "check/checks.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/mesh/shape.hpp"
 
 namespace qjulia::check {
 namespace {

@@ -1,6 +1,6 @@
 #include "check/small_problems.hpp"
 
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::check {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "lattice/grid.hpp"
 #include "profile/workload.hpp"
-#include "surface/grid.hpp"
 
 namespace qjulia::check {
 

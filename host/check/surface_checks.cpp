@@ -10,14 +10,14 @@
 #include "check/small_problems.hpp"
 #include "check/unit_ball.hpp"
 #include "device/point_batch.hpp"
+#include "lattice/image_lattice.hpp"
+#include "lattice/level_set.hpp"
 #include "layout/image_lattice.h"
 #include "layout/image_table.h"
 #include "map/device_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/surface.hpp"
-#include "surface/image_lattice.hpp"
-#include "surface/level_set.hpp"
+#include "qjulia/surface/surface.hpp"
 
 namespace qjulia::check {
 namespace {

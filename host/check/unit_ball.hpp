@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 
 #include "picture/view.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::check {
 

@@ -8,7 +8,7 @@
 #include "base/fnv_hash.hpp"
 #include "base/text.hpp"
 #include "device/program_source.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::device {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::device {
 

@@ -13,9 +13,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "qjulia/device.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/trace.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/trace.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::device {
 

@@ -19,7 +19,7 @@
 #include "device/opencl.hpp"
 #include "device/patient_wait.hpp"
 #include "device/program_builder.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::device {
 

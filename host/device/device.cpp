@@ -1,4 +1,4 @@
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,7 +15,7 @@
 #include "device/opencl.hpp"
 #include "device/quirks.hpp"
 #include "device/ranking.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 namespace {

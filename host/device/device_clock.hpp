@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "qjulia/trace.hpp"
+#include "qjulia/base/trace.hpp"
 
 namespace qjulia::device {
 

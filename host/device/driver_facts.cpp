@@ -1,4 +1,4 @@
-#include "qjulia/driver_facts.hpp"
+#include "qjulia/device/driver_facts.hpp"
 
 #include <stdlib.h>
 #include <unistd.h>

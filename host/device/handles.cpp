@@ -6,7 +6,7 @@
 
 #include "device/context_impl.hpp"
 #include "device/program_source.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::device {
 

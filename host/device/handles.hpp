@@ -1,10 +1,10 @@
 #pragma once
-/// The OpenCL objects behind devices and buffers, for `qjulia/opencl.hpp`.
+/// The OpenCL objects behind devices and buffers, for `qjulia/map/opencl.hpp`.
 
 #include <string>
 
 #include "device/context.hpp"
-#include "qjulia/opencl.hpp"
+#include "qjulia/map/opencl.hpp"
 
 namespace qjulia::device {
 

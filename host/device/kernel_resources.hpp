@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "qjulia/kernel_resources.hpp"
+#include "qjulia/device/kernel_resources.hpp"
 
 namespace cl {
 class Device;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::device {
 

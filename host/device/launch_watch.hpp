@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "device/context.hpp"
-#include "qjulia/kernel_resources.hpp"
+#include "qjulia/device/kernel_resources.hpp"
 
 namespace qjulia::device {
 

@@ -12,7 +12,7 @@
 #include "device/context.hpp"
 #include "device/error_names.hpp"
 #include "device/ranking.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::device {
 namespace {

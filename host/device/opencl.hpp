@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::device {
 

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <thread>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::device {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "device/context.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia::device {
 

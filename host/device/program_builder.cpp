@@ -6,13 +6,13 @@
 #include <chrono>
 #include <mutex>
 
+#include "base/build_total.hpp"
 #include "base/crash_marker.hpp"
 #include "base/kernel_cache.hpp"
 #include "base/text.hpp"
 #include "device/cache_folder.hpp"
 #include "device/quirks.hpp"
-#include "qjulia/build_total.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::device {
 namespace {

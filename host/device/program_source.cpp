@@ -5,7 +5,7 @@
 #include <set>
 #include <sstream>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::device {
 namespace {

@@ -6,7 +6,7 @@
 #include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::device {
 namespace {

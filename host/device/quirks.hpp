@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::device {
 

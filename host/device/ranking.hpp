@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::device {
 

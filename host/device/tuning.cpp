@@ -1,11 +1,11 @@
-#include "qjulia/tuning.hpp"
+#include "qjulia/device/tuning.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/tuning_cache.hpp"
+#include "qjulia/device/tuning_cache.hpp"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 #include "device/cache_folder.hpp"
 #include "device/known_devices.hpp"
 #include "device/program_source.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/version.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,9 +1,9 @@
-#include "qjulia/map_detail.hpp"
+#include "qjulia/edit/map_detail.hpp"
 
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/radial_spread.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/mesh/radial_spread.hpp"
+#include "qjulia/surface/surface.hpp"
 
 namespace qjulia {
 

@@ -1,4 +1,4 @@
-#include "qjulia/paint_settings.hpp"
+#include "qjulia/edit/paint_settings.hpp"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "qjulia/painting.hpp"
+#include "qjulia/edit/painting.hpp"
 
 #include <fmt/format.h>
 
@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "base/range_check.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/paint_settings.hpp"
-#include "shape/mesh_report.hpp"
-#include "surface/level_set.hpp"
+#include "lattice/level_set.hpp"
+#include "mesh/mesh_report.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/edit/paint_settings.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/portal_choice.hpp"
+#include "qjulia/edit/portal_choice.hpp"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "map/portals.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/portal_settings.hpp"
-#include "qjulia/surface.hpp"
-#include "surface/shortest_ways.hpp"
+#include "measure/shortest_ways.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/edit/portal_settings.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/surface/surface.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/portal_settings.hpp"
+#include "qjulia/edit/portal_settings.hpp"
 
 #include <vector>
 

@@ -11,7 +11,7 @@
 #include "layout/loss.h"
 #include "layout/panel_layout.h"
 #include "map/device_map.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::energy {
 namespace {

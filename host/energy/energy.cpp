@@ -1,4 +1,4 @@
-#include "qjulia/energy.hpp"
+#include "qjulia/energy/energy.hpp"
 
 #include <fmt/format.h>
 

@@ -11,9 +11,9 @@
 #include "energy/curvature.hpp"
 #include "energy/preconditioner.hpp"
 #include "energy/samples.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::energy {
 

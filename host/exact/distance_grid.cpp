@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "qjulia/distance_grid.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/map/distance_grid.hpp"
 
 namespace qjulia::exact {
 namespace {

@@ -7,8 +7,8 @@
 #include <stop_token>
 #include <vector>
 
-#include "qjulia/box.hpp"
-#include "qjulia/modulus.hpp"
+#include "qjulia/base/box.hpp"
+#include "qjulia/map/modulus.hpp"
 
 namespace qjulia::exact {
 

@@ -1,4 +1,4 @@
-#include "qjulia/exact_map.hpp"
+#include "qjulia/exact/exact_map.hpp"
 
 #include <fmt/format.h>
 
@@ -9,13 +9,13 @@
 #include "base/range_check.hpp"
 #include "exact/distance_grid.hpp"
 #include "exact/grid_cells.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/exact_settings.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/radial_spread.hpp"
-#include "qjulia/shape.hpp"
-#include "shape/make_shape.hpp"
+#include "mesh/make_shape.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/exact/exact_settings.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/mesh/radial_spread.hpp"
+#include "qjulia/mesh/shape.hpp"
 
 namespace qjulia {
 

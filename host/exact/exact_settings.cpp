@@ -1,4 +1,4 @@
-#include "qjulia/exact_settings.hpp"
+#include "qjulia/exact/exact_settings.hpp"
 
 #include <vector>
 

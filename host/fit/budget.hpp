@@ -5,7 +5,7 @@
 #include <optional>
 #include <stop_token>
 
-#include "qjulia/fit.hpp"
+#include "qjulia/fit/fit.hpp"
 
 namespace qjulia::fitting {
 

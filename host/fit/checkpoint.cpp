@@ -16,10 +16,10 @@
 #include "base/setting_json.hpp"
 #include "fit/sample_weights.hpp"
 #include "fit/schedule.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/fit_settings.hpp"
-#include "qjulia/map_file.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/version.hpp"
+#include "qjulia/fit/fit_settings.hpp"
+#include "qjulia/map/map_file.hpp"
 
 namespace qjulia::fitting {
 namespace {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "fit/energy_names.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/fit.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/fit/fit.hpp"
 
 namespace qjulia::fitting {
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "fit/placement.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::fitting {
 namespace {

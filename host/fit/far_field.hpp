@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "qjulia/device.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::fitting {
 

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "fit/far_field.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::fitting {
 namespace {

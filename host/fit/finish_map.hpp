@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "fit/sample_pool.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/map/map.hpp"
+#include "qjulia/mesh/shape.hpp"
 
 namespace qjulia::fitting {
 

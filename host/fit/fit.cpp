@@ -1,4 +1,4 @@
-#include "qjulia/fit.hpp"
+#include "qjulia/fit/fit.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include "fit/fit_run.hpp"
 #include "fit/schedule.hpp"
 #include "fit/team.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/fit_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/fit/fit_settings.hpp"
 
 namespace qjulia {
 

@@ -12,10 +12,10 @@
 #include "fit/initial_map.hpp"
 #include "fit/placement.hpp"
 #include "fit/schedule.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/radial_spread.hpp"
-#include "shape/coarse_mesh.hpp"
+#include "mesh/coarse_mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/mesh/radial_spread.hpp"
 
 namespace qjulia::fitting {
 namespace {

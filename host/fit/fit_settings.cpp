@@ -1,4 +1,4 @@
-#include "qjulia/fit_settings.hpp"
+#include "qjulia/fit/fit_settings.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 
 #include "fit/factor_count.hpp"
 #include "map/shell_settings.hpp"
-#include "qjulia/orbit_settings.hpp"
+#include "qjulia/map/orbit_settings.hpp"
 
 namespace qjulia {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::fitting {
 

@@ -2,9 +2,9 @@
 /// A fit that starts from a map in place of factors placed by its own rule.
 
 #include "fit/sample_pool.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/map.hpp"
+#include "qjulia/mesh/shape.hpp"
 
 namespace qjulia::fitting {
 

@@ -1,8 +1,8 @@
 #include "fit/mesh_problem.hpp"
 
 #include "fit/finish_map.hpp"
-#include "qjulia/field.hpp"
-#include "shape/overlap.hpp"
+#include "mesh/overlap.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::fitting {
 namespace {

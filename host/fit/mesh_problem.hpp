@@ -6,8 +6,8 @@
 #include "fit/problem.hpp"
 #include "fit/sample_pool.hpp"
 #include "fit/sample_weights.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/mesh/shape.hpp"
 
 namespace qjulia::fitting {
 

@@ -6,7 +6,7 @@
 
 #include "fit/energy_names.hpp"
 #include "fit/schedule.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::fitting {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "fit/placement.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::fitting {
 namespace {

@@ -12,7 +12,7 @@
 #include "device/context.hpp"
 #include "fit/farthest_points.hpp"
 #include "fit/lbfgs.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::fitting {
 namespace {

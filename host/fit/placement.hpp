@@ -3,7 +3,7 @@
 
 #include "fit/energy_names.hpp"
 #include "fit/sample_pool.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::fitting {
 

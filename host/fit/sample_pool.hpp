@@ -7,7 +7,7 @@
 #include "base/random.hpp"
 #include "fit/energy_names.hpp"
 #include "fit/schedule.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/mesh/shape.hpp"
 
 namespace qjulia::fitting {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::fitting {
 

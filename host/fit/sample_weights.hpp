@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "fit/energy_names.hpp"
-#include "qjulia/fit.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::fitting {
 

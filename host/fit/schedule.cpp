@@ -11,9 +11,9 @@
 #include "base/input_file.hpp"
 #include "base/toml.hpp"
 #include "fit/embedded_schedules.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/fit.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::fitting {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "device/context.hpp"
 #include "fit/relocate.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::fitting {
 namespace {

@@ -5,8 +5,8 @@
 #include <Eigen/SparseCore>
 
 #include "fit/schedule.hpp"
-#include "qjulia/fit.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::fitting {
 

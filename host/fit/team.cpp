@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "device/context.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::fitting {
 namespace {

@@ -11,7 +11,7 @@
 #include "fit/budget.hpp"
 #include "fit/problem.hpp"
 #include "fit/sample_pool.hpp"
-#include "qjulia/ranks.hpp"
+#include "qjulia/fit/ranks.hpp"
 
 namespace qjulia::fitting {
 

@@ -5,8 +5,8 @@
 #include "base/range_check.hpp"
 #include "device/handles.hpp"
 #include "map/device_map.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/opencl.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/opencl.hpp"
 
 namespace qjulia {
 

@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "map/sphere_directions.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <type_traits>
 
-#include "qjulia/box.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/base/box.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::map {
 

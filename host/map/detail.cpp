@@ -1,11 +1,11 @@
-#include "qjulia/detail.hpp"
+#include "qjulia/map/detail.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 namespace {

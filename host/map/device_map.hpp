@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "device/context.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::map {
 

@@ -1,4 +1,4 @@
-#include "qjulia/distance_grid.hpp"
+#include "qjulia/map/distance_grid.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 namespace {

@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "map/checks.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia {
 

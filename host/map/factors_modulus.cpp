@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia {
 

@@ -1,4 +1,4 @@
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "base/file_types.hpp"
 #include "base/npy.hpp"
 #include "base/output_file.hpp"
-#include "qjulia/file_types.hpp"
-#include "qjulia/sample.hpp"
+#include "qjulia/map/sample.hpp"
 
 namespace qjulia {
 namespace {

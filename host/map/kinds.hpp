@@ -6,7 +6,7 @@
 #include <string_view>
 #include <variant>
 
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::map {
 

@@ -1,11 +1,11 @@
-#include "qjulia/knob_table.hpp"
+#include "qjulia/map/knob_table.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
 
-#include "qjulia/detail.hpp"
+#include "qjulia/map/detail.hpp"
 
 namespace qjulia {
 namespace {

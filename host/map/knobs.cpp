@@ -1,14 +1,14 @@
-#include "qjulia/knobs.hpp"
+#include "qjulia/map/knobs.hpp"
 
 #include <cmath>
 
 #include "base/random.hpp"
 #include "base/range_check.hpp"
 #include "map/portals.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/knob_table.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/knob_table.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "map/checks.hpp"
 #include "map/kinds.hpp"
 #include "map/portals.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia {
 namespace {

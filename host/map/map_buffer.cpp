@@ -1,6 +1,6 @@
 #include "device/handles.hpp"
 #include "map/device_map.hpp"
-#include "qjulia/opencl.hpp"
+#include "qjulia/map/opencl.hpp"
 
 namespace qjulia {
 

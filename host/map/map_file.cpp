@@ -1,4 +1,4 @@
-#include "qjulia/map_file.hpp"
+#include "qjulia/map/map_file.hpp"
 
 #include <fmt/format.h>
 
@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/file_types.hpp"
 #include "base/html_script.hpp"
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
@@ -16,8 +17,7 @@
 #include "map/kinds.hpp"
 #include "map/map_parts.hpp"
 #include "map/packed_map.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/file_types.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 namespace {

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "qjulia/error.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::map {
 

@@ -1,5 +1,5 @@
 #include "map/checks.hpp"
-#include "qjulia/versor.hpp"
+#include "qjulia/map/versor.hpp"
 
 namespace qjulia {
 

@@ -1,7 +1,7 @@
-#include "qjulia/orbit_settings.hpp"
+#include "qjulia/map/orbit_settings.hpp"
 
 #include "map/checks.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia {
 

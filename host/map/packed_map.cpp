@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "base/deflate.hpp"
+#include "base/file_types.hpp"
 #include "base/input_file.hpp"
 #include "base/map_chunk.hpp"
 #include "map/map_parts.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/file_types.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::map {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/paint.hpp"
+#include "qjulia/map/paint.hpp"
 
 #include <fmt/format.h>
 

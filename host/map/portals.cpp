@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "map/checks.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::map {
 

@@ -1,8 +1,8 @@
-#include "qjulia/provenance.hpp"
+#include "qjulia/map/provenance.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 

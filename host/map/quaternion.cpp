@@ -1,4 +1,4 @@
-#include "qjulia/quaternion.hpp"
+#include "qjulia/base/quaternion.hpp"
 
 #include <cmath>
 #include <limits>

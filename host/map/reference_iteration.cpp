@@ -7,7 +7,7 @@
 #include <unsupported/Eigen/AutoDiff>
 
 #include "map/kinds.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::reference {
 namespace {

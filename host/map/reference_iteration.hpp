@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::reference {
 

@@ -1,4 +1,4 @@
-#include "qjulia/rotation.hpp"
+#include "qjulia/base/rotation.hpp"
 
 #include <Eigen/Geometry>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "qjulia/sample.hpp"
+#include "qjulia/map/sample.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 
 #include "map/checks.hpp"
 #include "map/portals.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/sample_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/sample_settings.hpp"
 
 namespace qjulia {
 

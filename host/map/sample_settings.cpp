@@ -1,9 +1,9 @@
-#include "qjulia/sample_settings.hpp"
+#include "qjulia/map/sample_settings.hpp"
 
 #include <vector>
 
 #include "map/checks.hpp"
-#include "qjulia/orbit_settings.hpp"
+#include "qjulia/map/orbit_settings.hpp"
 
 namespace qjulia {
 

@@ -1,6 +1,6 @@
 #include "map/shell_settings.hpp"
 
-#include "qjulia/detail.hpp"
+#include "qjulia/map/detail.hpp"
 
 namespace qjulia::map {
 

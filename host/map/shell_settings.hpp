@@ -1,7 +1,7 @@
 #pragma once
 /// Descriptions of what every map that is made of a mesh has: its shell and how it stands.
 
-#include "qjulia/setting.hpp"
+#include "qjulia/base/setting.hpp"
 
 namespace qjulia::map {
 

@@ -1,4 +1,4 @@
-#include "qjulia/slope.hpp"
+#include "qjulia/map/slope.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <numbers>
 #include <vector>
 
-#include "qjulia/quaternion.hpp"
+#include "qjulia/base/quaternion.hpp"
 
 namespace qjulia::map {
 

@@ -9,8 +9,8 @@
 #include "map/checks.hpp"
 #include "map/portals.hpp"
 #include "map/sphere_directions.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "device/point_batch.hpp"
+#include "lattice/grid_layout.hpp"
 #include "picture/framing.hpp"
-#include "qjulia/progress.hpp"
-#include "qjulia/slope.hpp"
-#include "surface/grid_layout.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/map/slope.hpp"
 
 namespace qjulia::picture {
 namespace {

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "device/context.hpp"
+#include "lattice/level_set.hpp"
 #include "map/device_map.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map.hpp"
-#include "surface/level_set.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map.hpp"
 #include "surface/loose_places.hpp"
 
 namespace qjulia::picture {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "picture/lights.hpp"
-#include "qjulia/colors.hpp"
+#include "qjulia/base/colors.hpp"
 
 namespace qjulia::picture {
 

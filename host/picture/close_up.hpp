@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "lattice/image_lattice.hpp"
 #include "picture/view.hpp"
-#include "surface/image_lattice.hpp"
 
 namespace qjulia::picture {
 

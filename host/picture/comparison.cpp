@@ -7,9 +7,9 @@
 
 #include "canvas/cairo_canvas.hpp"
 #include "picture/framing.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/shape.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 

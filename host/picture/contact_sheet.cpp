@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "canvas/cairo_canvas.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "picture/view.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/figures.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/map.hpp"
+#include "qjulia/mesh/mesh.hpp"
+#include "qjulia/surface/figures.hpp"
 
 namespace qjulia::picture {
 

@@ -13,7 +13,7 @@
 #include "picture/lens.hpp"
 #include "picture/near_shadow.hpp"
 #include "picture/studio.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 

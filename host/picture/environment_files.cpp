@@ -14,8 +14,8 @@
 #include "base/text.hpp"
 #include "picture/embedded_environments.hpp"
 #include "picture/environment.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/light.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/light.hpp"
 
 namespace qjulia::picture {
 namespace {

@@ -13,8 +13,8 @@
 #include <limits>
 
 #include "base/output_file.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 namespace {

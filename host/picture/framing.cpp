@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "picture/view.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia::picture {
 namespace {

@@ -6,7 +6,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::picture {
 

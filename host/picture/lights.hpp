@@ -6,7 +6,7 @@
 
 #include "picture/environment.hpp"
 #include "picture/view.hpp"
-#include "qjulia/light.hpp"
+#include "qjulia/picture/light.hpp"
 
 namespace qjulia::picture {
 

@@ -1,4 +1,4 @@
-#include "qjulia/look.hpp"
+#include "qjulia/picture/look.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,9 +9,9 @@
 #include "base/input_file.hpp"
 #include "base/setting_toml.hpp"
 #include "picture/embedded_looks.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/light.hpp"
-#include "qjulia/picture_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/light.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 
 namespace qjulia {
 namespace {

@@ -11,6 +11,11 @@
 
 #include "device/point_batch.hpp"
 #include "device/quirks.hpp"
+#include "lattice/grid_layout.hpp"
+#include "lattice/image_lattice.hpp"
+#include "lattice/image_probe.hpp"
+#include "lattice/image_table.hpp"
+#include "lattice/orbit_lookup.hpp"
 #include "layout/march.h"
 #include "layout/picture_layout.h"
 #include "map/device_map.hpp"
@@ -19,12 +24,7 @@
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/orbit_traits.hpp"
-#include "qjulia/error.hpp"
-#include "surface/grid_layout.hpp"
-#include "surface/image_lattice.hpp"
-#include "surface/image_probe.hpp"
-#include "surface/image_table.hpp"
-#include "surface/orbit_lookup.hpp"
+#include "qjulia/base/error.hpp"
 #include "surface/turn_count.hpp"
 
 namespace qjulia::picture {

@@ -9,9 +9,9 @@
 #include <stop_token>
 #include <vector>
 
-#include "qjulia/device.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/map.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::picture {
 

@@ -11,7 +11,7 @@
 #include "picture/depth_grid.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/framing.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia::picture {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "device/point_batch.hpp"
 #include "layout/picture_layout.h"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::picture {
 namespace {

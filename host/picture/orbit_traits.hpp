@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "map/device_map.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::picture {
 

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 

@@ -11,8 +11,8 @@
 #include "base/npy.hpp"
 #include "base/output_file.hpp"
 #include "base/range_check.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/picture_settings.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,8 +7,8 @@
 #include <iterator>
 #include <utility>
 
-#include "qjulia/look.hpp"
-#include "qjulia/orbit_settings.hpp"
+#include "qjulia/map/orbit_settings.hpp"
+#include "qjulia/picture/look.hpp"
 
 namespace qjulia {
 namespace {

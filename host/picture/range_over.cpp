@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "base/range_check.hpp"
 #include "picture/environment.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/light.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/light.hpp"
 
 namespace qjulia {
 namespace {

@@ -8,7 +8,7 @@
 #include "device/context.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/lights.hpp"
-#include "qjulia/matter.hpp"
+#include "qjulia/picture/matter.hpp"
 
 namespace qjulia::picture {
 

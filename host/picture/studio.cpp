@@ -8,14 +8,14 @@
 #include <utility>
 
 #include "base/range_check.hpp"
+#include "lattice/grid.hpp"
 #include "map/checks.hpp"
 #include "map/portals.hpp"
+#include "mesh/mesh_report.hpp"
 #include "picture/framing.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/picture_settings.hpp"
-#include "shape/mesh_report.hpp"
-#include "surface/grid.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 
 namespace qjulia {
 

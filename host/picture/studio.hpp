@@ -10,8 +10,8 @@
 #include "picture/material_traits.hpp"
 #include "picture/shading.hpp"
 #include "picture/specks.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 

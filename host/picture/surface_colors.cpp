@@ -1,4 +1,4 @@
-#include "qjulia/surface_colors.hpp"
+#include "qjulia/picture/surface_colors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 #include "map/device_map.hpp"
 #include "picture/material_traits.hpp"
 #include "picture/orbit_traits.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
 

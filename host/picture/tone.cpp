@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "qjulia/light.hpp"
+#include "qjulia/picture/light.hpp"
 
 namespace qjulia {
 namespace {

@@ -1,4 +1,4 @@
-#include "qjulia/command_profile.hpp"
+#include "profile/command_profile.hpp"
 
 #include <fmt/format.h>
 

@@ -9,13 +9,13 @@
 #include <utility>
 
 #include "energy/evaluator.hpp"
+#include "lattice/level_set.hpp"
 #include "profile/cost.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/shape.hpp"
-#include "qjulia/surface.hpp"
-#include "surface/level_set.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/mesh/shape.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/surface/surface.hpp"
 
 namespace qjulia::profiling {
 namespace {

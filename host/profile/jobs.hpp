@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "profile/workload.hpp"
-#include "qjulia/profile.hpp"
+#include "qjulia/profile/profile.hpp"
 
 namespace qjulia::profiling {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "device/launch_watch.hpp"
-#include "qjulia/command_profile.hpp"
+#include "profile/command_profile.hpp"
 
 namespace qjulia::profiling {
 

@@ -6,7 +6,7 @@
 
 #include "device/context.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia::profiling {
 namespace {

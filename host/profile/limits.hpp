@@ -5,10 +5,10 @@
 #include <memory>
 #include <stop_token>
 
+#include "profile/command_profile.hpp"
 #include "profile/worker_clock.hpp"
-#include "qjulia/command_profile.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/profile.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/profile/profile.hpp"
 
 namespace qjulia::profiling {
 

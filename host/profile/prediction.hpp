@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "qjulia/profile.hpp"
+#include "qjulia/profile/profile.hpp"
 
 namespace qjulia::profiling {
 

@@ -13,7 +13,7 @@
 #include <unistd.h>
 #endif
 
-#include "qjulia/profile.hpp"
+#include "qjulia/profile/profile.hpp"
 
 namespace qjulia::profiling {
 namespace {

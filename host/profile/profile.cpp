@@ -1,4 +1,4 @@
-#include "qjulia/profile.hpp"
+#include "qjulia/profile/profile.hpp"
 
 #include <fmt/format.h>
 
@@ -22,8 +22,8 @@
 #include "profile/prediction.hpp"
 #include "profile/roof.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/profile_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/profile/profile_settings.hpp"
 
 namespace qjulia {
 

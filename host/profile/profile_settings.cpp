@@ -1,8 +1,8 @@
-#include "qjulia/profile_settings.hpp"
+#include "qjulia/profile/profile_settings.hpp"
 
 #include <vector>
 
-#include "qjulia/orbit_settings.hpp"
+#include "qjulia/map/orbit_settings.hpp"
 
 namespace qjulia {
 namespace {

@@ -10,8 +10,8 @@
 #include "profile/interval.hpp"
 #include "profile/json_values.hpp"
 #include "profile/roof.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/profile.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/profile/profile.hpp"
 
 namespace qjulia {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "profile/command_profile.hpp"
 #include "profile/interval.hpp"
-#include "qjulia/command_profile.hpp"
 
 namespace qjulia::profiling {
 

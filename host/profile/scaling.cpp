@@ -1,4 +1,4 @@
-#include "qjulia/scaling.hpp"
+#include "qjulia/profile/scaling.hpp"
 
 #include <fmt/format.h>
 
@@ -12,9 +12,9 @@
 #include "device/context.hpp"
 #include "profile/cost.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia {
 

@@ -1,4 +1,4 @@
-#include "qjulia/tune.hpp"
+#include "qjulia/profile/tune.hpp"
 
 #include <fmt/format.h>
 
@@ -17,8 +17,8 @@
 #include "profile/tune_clock.hpp"
 #include "profile/worker_clock.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "profile/workload.hpp"
-#include "qjulia/tune.hpp"
+#include "qjulia/profile/tune.hpp"
 
 namespace qjulia::profiling {
 

@@ -8,9 +8,9 @@
 #include "device/quirks.hpp"
 #include "profile/interval.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/progress.hpp"
-#include "qjulia/tune.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/profile/tune.hpp"
 
 namespace qjulia {
 

@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "qjulia/device.hpp"
-#include "qjulia/trace.hpp"
+#include "qjulia/base/trace.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::profiling {
 

@@ -12,11 +12,11 @@
 #include "energy/samples.hpp"
 #include "profile/roof.hpp"
 #include "profile/worker_clock.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/mesh.hpp"
-#include "qjulia/profile.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map.hpp"
+#include "qjulia/mesh/mesh.hpp"
+#include "qjulia/profile/profile.hpp"
 
 namespace qjulia::profiling {
 

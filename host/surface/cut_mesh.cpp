@@ -1,4 +1,4 @@
-#include "qjulia/cut_mesh.hpp"
+#include "qjulia/surface/cut_mesh.hpp"
 
 #include <array>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "surface/grid.hpp"
+#include "lattice/grid.hpp"
 
 namespace qjulia::surface {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/union_find.hpp"
-#include "surface/grid.hpp"
+#include "lattice/grid.hpp"
 
 namespace qjulia::surface {
 

@@ -6,9 +6,9 @@
 #include <functional>
 #include <vector>
 
-#include "qjulia/figures.hpp"
+#include "lattice/grid.hpp"
+#include "qjulia/surface/figures.hpp"
 #include "surface/fine_bodies.hpp"
-#include "surface/grid.hpp"
 
 namespace qjulia::surface {
 

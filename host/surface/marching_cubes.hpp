@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "qjulia/mesh.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/mesh/mesh.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "surface/edge_vertex.hpp"
 #include "surface/narrow_band.hpp"
 

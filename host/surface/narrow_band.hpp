@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "surface/level_set.hpp"
+#include "lattice/level_set.hpp"
 
 namespace qjulia::surface {
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "base/output_file.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/surface_file.hpp"
-#include "shape/ply_format.hpp"
+#include "mesh_io/ply_format.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/surface/surface_file.hpp"
 
 namespace qjulia {
 namespace {

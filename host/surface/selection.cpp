@@ -1,9 +1,9 @@
-#include "qjulia/selection.hpp"
+#include "qjulia/surface/selection.hpp"
 
 #include <utility>
 
-#include "qjulia/cut_mesh.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/surface/cut_mesh.hpp"
 
 namespace qjulia {
 

@@ -1,4 +1,4 @@
-#include "qjulia/surface.hpp"
+#include "qjulia/surface/surface.hpp"
 
 #include <fmt/format.h>
 
@@ -16,15 +16,15 @@
 
 #include "base/random.hpp"
 #include "device/point_batch.hpp"
+#include "lattice/clear_box.hpp"
+#include "lattice/level_set.hpp"
+#include "lattice/orbit_lookup.hpp"
 #include "map/checks.hpp"
 #include "map/portals.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/surface_settings.hpp"
-#include "surface/clear_box.hpp"
-#include "surface/level_set.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/surface/surface_settings.hpp"
 #include "surface/marching_cubes.hpp"
 #include "surface/narrow_band.hpp"
-#include "surface/orbit_lookup.hpp"
 #include "surface/vertex_placer.hpp"
 
 namespace qjulia {

@@ -4,10 +4,10 @@
 #include <memory>
 #include <span>
 
+#include "lattice/orbit_lookup.hpp"
 #include "map/device_map.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 #include "surface/edge_vertex.hpp"
-#include "surface/orbit_lookup.hpp"
 
 namespace qjulia::surface {
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "keywords.hpp"
-#include "qjulia/tuning_cache.hpp"
+#include "qjulia/device/tuning_cache.hpp"
 #include "unlocked.hpp"
 
 namespace py = pybind11;

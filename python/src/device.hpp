@@ -7,7 +7,7 @@
 #include <memory>
 #include <mutex>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::python {
 

@@ -5,7 +5,7 @@
 #include "arrays.hpp"
 #include "keywords.hpp"
 #include "parts.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/mesh/shape.hpp"
 #include "unlocked.hpp"
 #include "watched.hpp"
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "keywords.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace py = pybind11;
 

@@ -8,8 +8,8 @@
 #include "map.hpp"
 #include "parts.hpp"
 #include "points.hpp"
-#include "qjulia/sample.hpp"
-#include "qjulia/sample_settings.hpp"
+#include "qjulia/map/sample.hpp"
+#include "qjulia/map/sample_settings.hpp"
 #include "unlocked.hpp"
 #include "watched.hpp"
 

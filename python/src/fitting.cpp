@@ -11,11 +11,11 @@
 #include "map.hpp"
 #include "mesh.hpp"
 #include "parts.hpp"
-#include "qjulia/exact_map.hpp"
-#include "qjulia/exact_settings.hpp"
-#include "qjulia/fit.hpp"
-#include "qjulia/fit_settings.hpp"
-#include "qjulia/painting.hpp"
+#include "qjulia/edit/painting.hpp"
+#include "qjulia/exact/exact_map.hpp"
+#include "qjulia/exact/exact_settings.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/fit/fit_settings.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;

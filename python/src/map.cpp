@@ -5,9 +5,9 @@
 
 #include "arrays.hpp"
 #include "keywords.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "unlocked.hpp"
 #include "watched.hpp"
 

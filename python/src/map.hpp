@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "device.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::python {
 

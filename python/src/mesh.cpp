@@ -7,7 +7,7 @@
 #include "arrays.hpp"
 #include "keywords.hpp"
 #include "map.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "unlocked.hpp"
 
 namespace py = pybind11;

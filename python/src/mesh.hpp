@@ -3,7 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::python {
 

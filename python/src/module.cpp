@@ -4,7 +4,7 @@
 #include "map.hpp"
 #include "mesh.hpp"
 #include "parts.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/version.hpp"
 #include "unlocked.hpp"
 
 PYBIND11_MODULE(_core, module) {

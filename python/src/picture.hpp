@@ -2,7 +2,7 @@
 /// What pictures and coloured meshes have in common.
 
 #include "keywords.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::python {
 

@@ -3,8 +3,8 @@
 #include <pybind11/stl.h>
 
 #include "keywords.hpp"
-#include "qjulia/colors.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/colors.hpp"
+#include "qjulia/picture/picture.hpp"
 #include "values.hpp"
 
 namespace py = pybind11;

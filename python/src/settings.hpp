@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "qjulia/setting.hpp"
+#include "qjulia/base/setting.hpp"
 
 namespace qjulia::python {
 

@@ -1,6 +1,6 @@
 /// Meshes of sets, and how well sets fit a mesh.
 
-#include "qjulia/surface.hpp"
+#include "qjulia/surface/surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,16 +12,16 @@
 #include "mesh.hpp"
 #include "parts.hpp"
 #include "picture.hpp"
-#include "qjulia/compare.hpp"
-#include "qjulia/compare_settings.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/figures.hpp"
-#include "qjulia/picture_settings.hpp"
-#include "qjulia/print.hpp"
-#include "qjulia/print_settings.hpp"
-#include "qjulia/selection.hpp"
-#include "qjulia/surface_colors.hpp"
-#include "qjulia/surface_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture_settings.hpp"
+#include "qjulia/picture/surface_colors.hpp"
+#include "qjulia/surface/compare.hpp"
+#include "qjulia/surface/compare_settings.hpp"
+#include "qjulia/surface/figures.hpp"
+#include "qjulia/surface/print.hpp"
+#include "qjulia/surface/print_settings.hpp"
+#include "qjulia/surface/selection.hpp"
+#include "qjulia/surface/surface_settings.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <thread>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace py = pybind11;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace py = pybind11;
 

@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "qjulia/detail_choice.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/rotation.hpp"
+#include "qjulia/base/detail_choice.hpp"
+#include "qjulia/base/rotation.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::python {
 

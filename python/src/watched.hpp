@@ -11,7 +11,7 @@
 #include <stop_token>
 
 #include "device.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia::python {
 

@@ -5,16 +5,16 @@
 
 #include "base/larger_error.hpp"
 #include "distance_map.hpp"
+#include "lattice/level_set.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
-#include "qjulia/compare.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/exact_map.hpp"
-#include "qjulia/knobs.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/exact/exact_map.hpp"
+#include "qjulia/map/knobs.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/surface/compare.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "shapes.hpp"
-#include "surface/level_set.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -7,8 +7,8 @@
 #include "base/larger_error.hpp"
 #include "energy/evaluator.hpp"
 #include "map_checks.hpp"
-#include "qjulia/energy.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/energy/energy.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/map/field.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 

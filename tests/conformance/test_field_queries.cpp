@@ -10,8 +10,8 @@
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 

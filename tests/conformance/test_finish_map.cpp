@@ -11,7 +11,7 @@
 #include "fit/finish_map.hpp"
 #include "fit/sample_pool.hpp"
 #include "map/reference_iteration.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
 

@@ -6,7 +6,8 @@
 #include <stop_token>
 
 #include "hostile.hpp"
-#include "qjulia/opencl.hpp"
+#include "profile/command_profile.hpp"
+#include "qjulia/map/opencl.hpp"
 
 using namespace qjulia;
 using namespace qjulia::test;

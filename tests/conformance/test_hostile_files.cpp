@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/file_types.hpp"
 #include "hostile.hpp"
+#include "original/original_file.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -5,8 +5,9 @@
 #include <set>
 
 #include "distance_map.hpp"
+#include "check/label_check.hpp"
 #include "hostile.hpp"
-#include "qjulia/opencl.hpp"
+#include "qjulia/map/opencl.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "hostile.hpp"
+#include "original/original_file.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -7,14 +7,14 @@
 #include "armed_ball.hpp"
 #include "base/random.hpp"
 #include "check/unit_ball.hpp"
+#include "lattice/image_probe.hpp"
+#include "lattice/image_table.hpp"
 #include "layout/image_table.h"
 #include "map/device_map.hpp"
 #include "map/reference_iteration.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
-#include "qjulia/detail.hpp"
-#include "surface/image_probe.hpp"
-#include "surface/image_table.hpp"
+#include "qjulia/map/detail.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "fit/initial_map.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/fit.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"

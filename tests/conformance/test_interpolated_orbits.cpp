@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "distance_map.hpp"
+#include "lattice/interpolated_orbits.hpp"
 #include "map/reference_iteration.hpp"
 #include "random_maps.hpp"
-#include "surface/interpolated_orbits.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -3,8 +3,8 @@
 #include <catch2/catch_all.hpp>
 #include <cmath>
 
-#include "qjulia/compare.hpp"
-#include "qjulia/fit.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/surface/compare.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
 

@@ -10,14 +10,14 @@
 
 #include "base/larger_error.hpp"
 #include "distance_map.hpp"
+#include "lattice/level_set.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
 #include "patchy_paint.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map_file.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map_file.hpp"
+#include "qjulia/picture/picture.hpp"
 #include "random_maps.hpp"
-#include "surface/level_set.hpp"
 #include "temporary_folder.hpp"
 #include "test_device.hpp"
 

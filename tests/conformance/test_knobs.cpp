@@ -8,12 +8,12 @@
 #include <set>
 
 #include "map/reference_iteration.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/exact_map.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/knob_table.hpp"
-#include "qjulia/knobs.hpp"
-#include "qjulia/picture_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/exact/exact_map.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/knob_table.hpp"
+#include "qjulia/map/knobs.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/larger_error.hpp"
+#include "lattice/level_set.hpp"
 #include "random_maps.hpp"
-#include "surface/level_set.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -8,7 +8,7 @@
 #include "base/srgb.hpp"
 #include "environment_file.hpp"
 #include "png_file.hpp"
-#include "qjulia/look.hpp"
+#include "qjulia/picture/look.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "armed_ball.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

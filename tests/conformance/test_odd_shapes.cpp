@@ -6,8 +6,8 @@
 #include <functional>
 #include <optional>
 
-#include "qjulia/compare.hpp"
-#include "qjulia/fit.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/surface/compare.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
 

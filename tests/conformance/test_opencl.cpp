@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "distance_map.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/opencl.hpp"
-#include "qjulia/paint.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/opencl.hpp"
+#include "qjulia/map/paint.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 

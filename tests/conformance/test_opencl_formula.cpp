@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "formula/formula.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/opencl.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/opencl.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 

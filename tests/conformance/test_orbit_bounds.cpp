@@ -6,9 +6,9 @@
 #include "armed_ball.hpp"
 #include "map/reference_iteration.hpp"
 #include "map/sphere_directions.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/map/detail.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "armed_ball.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/figures.hpp"
-#include "qjulia/surface.hpp"
-#include "surface/orbit_lookup.hpp"
+#include "lattice/orbit_lookup.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/surface/figures.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -4,15 +4,15 @@
 #include <cmath>
 
 #include "distance_map.hpp"
+#include "lattice/level_set.hpp"
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
 #include "patchy_paint.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/knobs.hpp"
-#include "qjulia/painting.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/edit/painting.hpp"
+#include "qjulia/map/knobs.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "shapes.hpp"
-#include "surface/level_set.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -15,8 +15,8 @@
 #include "layout/picture_layout.h"
 #include "picture/shading.hpp"
 #include "png_file.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <catch2/catch_all.hpp>
 
-#include "qjulia/compare.hpp"
-#include "qjulia/fit.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/surface/compare.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
 

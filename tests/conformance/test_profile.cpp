@@ -14,9 +14,9 @@
 #include "profile/prediction.hpp"
 #include "profile/worker_clock.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/profile.hpp"
-#include "qjulia/scaling.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/profile/profile.hpp"
+#include "qjulia/profile/scaling.hpp"
 #include "report/roofline.hpp"
 #include "test_device.hpp"
 

@@ -5,11 +5,11 @@
 
 #include "map/reference_iteration.hpp"
 #include "map_checks.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/knobs.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/knobs.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "random_maps.hpp"
 #include "test_device.hpp"
 

@@ -16,16 +16,16 @@
 #include "base/larger_error.hpp"
 #include "device/context.hpp"
 #include "distance_map.hpp"
+#include "lattice/image_lattice.hpp"
 #include "layout/image_lattice.h"
 #include "layout/picture_layout.h"
 #include "map/reference_iteration.hpp"
 #include "picture/band_grid.hpp"
 #include "picture/specks.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/surface/surface.hpp"
 #include "random_maps.hpp"
-#include "surface/image_lattice.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;

@@ -3,7 +3,7 @@
 #include <catch2/catch_all.hpp>
 
 #include "device/context.hpp"
-#include "qjulia/scaling.hpp"
+#include "qjulia/profile/scaling.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;

@@ -3,7 +3,7 @@
 
 #include "base/larger_error.hpp"
 #include "distance_reference.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/mesh/shape.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
 

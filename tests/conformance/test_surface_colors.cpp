@@ -9,9 +9,9 @@
 #include "armed_ball.hpp"
 #include "base/srgb.hpp"
 #include "check/unit_ball.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/surface_colors.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/picture/surface_colors.hpp"
 #include "shapes.hpp"
 #include "test_device.hpp"
 

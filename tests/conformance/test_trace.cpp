@@ -8,8 +8,8 @@
 #include "device/context.hpp"
 #include "device/device_clock.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
 #include "temporary_folder.hpp"
 #include "test_device.hpp"
 

@@ -11,9 +11,9 @@
 #include "device/known_devices.hpp"
 #include "profile/tune_clock.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/tune.hpp"
-#include "qjulia/tuning_cache.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/device/tuning_cache.hpp"
+#include "qjulia/profile/tune.hpp"
 #include "temporary_folder.hpp"
 #include "test_device.hpp"
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "armed_ball.hpp"
+#include "lattice/level_set.hpp"
 #include "map/reference_iteration.hpp"
-#include "qjulia/field.hpp"
-#include "surface/level_set.hpp"
+#include "qjulia/map/field.hpp"
 #include "surface/vertex_placer.hpp"
 #include "test_device.hpp"
 

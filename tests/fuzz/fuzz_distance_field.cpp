@@ -1,7 +1,7 @@
 // The papers' distance fields, .f3d.
 
 #include "fuzz_file.hpp"
-#include "qjulia/original_file.hpp"
+#include "original/original_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   return qjulia::test::fuzz_file(data, size, ".f3d",

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::test {
 

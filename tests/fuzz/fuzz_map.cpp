@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fuzz_file.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/map/map_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   return qjulia::test::fuzz_file(data, size, ".json", [](const auto& file) {

@@ -7,7 +7,7 @@
 #endif
 
 #include "fuzz_file.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
 #ifdef QJULIA_FUZZ_MODEL

@@ -1,7 +1,7 @@
 // The papers' maps, .o3d and .poly4d: what is read is a valid map.
 
 #include "fuzz_file.hpp"
-#include "qjulia/original_file.hpp"
+#include "original/original_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   return qjulia::test::fuzz_file(data, size, QJULIA_FUZZ_EXTENSION,

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "explore/request.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::string_view text(reinterpret_cast<const char*>(data), size);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks that public functions are called with hostile values: each function and constructor with
-parameters that a header of include/qjulia declares must be called in tests/conformance/test_hostile_*.cpp
+parameters that a header of include/qjulia/ROOM declares must be called in tests/conformance/test_hostile_*.cpp
 or tests/support/hostile.hpp. Comments and strings are no calls, and a member is called as one of a name
 that is declared with its class: `Device& d … d.tuning(…)`, `Rotation{v, x}.matrix()`, `Device::choose(…)`.
 Usage: hostile.py REPOSITORY"""
@@ -159,7 +159,7 @@ def types_of(sources, classes, bases):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    headers = sorted((root / "include/qjulia").glob("*.hpp"))
+    headers = sorted((root / "include/qjulia").glob("*/*.hpp"))
     code = {header: code_of(header.read_text()) for header in headers}
     tests = sorted((root / "tests/conformance").glob("test_hostile_*.cpp")) + [root / "tests/support/hostile.hpp"]
     test = "\n".join(code_of(file.read_text()) for file in tests)

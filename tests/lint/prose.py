@@ -49,7 +49,7 @@ def unlisted(root):
 
 def unmade(root, pages):
     commands = "\n".join(pages.values())
-    for script in ("tools/gallery", "tools/explore/screenshots", "tools/blender/screenshot"):
+    for script in ("tools/dev/gallery", "tools/explore/screenshots", "tools/blender/screenshot"):
         if (root / script).exists():
             commands += (root / script).read_text()
     commands = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", commands)  # what shows a picture does not make it

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::test {
 

@@ -6,7 +6,7 @@
 #include "check/unit_ball.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 #include "test_device.hpp"
 
 namespace qjulia::test {

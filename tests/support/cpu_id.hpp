@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::test {
 

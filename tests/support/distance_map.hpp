@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "exact/distance_grid.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 #include "random_maps.hpp"
 
 namespace qjulia::test {

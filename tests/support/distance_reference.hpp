@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::reference {
 

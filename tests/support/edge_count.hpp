@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::test {
 

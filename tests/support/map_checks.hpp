@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "qjulia/field.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/surface/surface.hpp"
 
 namespace qjulia::test {
 

@@ -2,7 +2,7 @@
 #include <sstream>
 #include <string>
 
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::test {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::test {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/quaternion.hpp"
+#include "qjulia/base/quaternion.hpp"
 
 namespace qjulia::test {
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "qjulia/paint.hpp"
+#include "qjulia/map/paint.hpp"
 
 namespace qjulia::test {
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::test {
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "energy/samples.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::test {
 

@@ -4,7 +4,7 @@
 #include <barrier>
 #include <vector>
 
-#include "qjulia/ranks.hpp"
+#include "qjulia/fit/ranks.hpp"
 
 namespace qjulia::test {
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <utility>
 
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::shapes {
 

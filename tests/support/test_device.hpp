@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/device.hpp"
+#include "qjulia/device/device.hpp"
 
 namespace qjulia::test {
 

@@ -1,4 +1,4 @@
-"""tools/first-contact: a step that hangs is ended and reported, and the page says so; with --whole, all
+"""tools/dev/first-contact: a step that hangs is ended and reported, and the page says so; with --whole, all
 steps on the device that there is.
 Usage: first_contact.py TOOL QJULIA FOLDER [--whole]"""
 

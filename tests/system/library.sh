@@ -48,14 +48,14 @@ fi
 # CMake does not find PNG, nor cairo, which pkg-config says where it is.
 mkdir -p "$work/parts"
 cat >"$work/parts/mesh.cpp" <<END
-#include <qjulia/mesh.hpp>
+#include <qjulia/mesh/mesh.hpp>
 int main() {
   const qjulia::TriangleMesh wedge = qjulia::read_mesh("$repository/tests/data/wedge.obj");
   return qjulia::inspect(wedge).closed() ? 0 : 1;
 }
 END
 cat >"$work/parts/fit.cpp" <<END
-#include <qjulia/fit.hpp>
+#include <qjulia/fit/fit.hpp>
 int main() {
   qjulia::FitOptions options;
   options.schedule_text = qjulia::schedule_text("fast");
@@ -63,8 +63,8 @@ int main() {
 }
 END
 cat >"$work/parts/picture.cpp" <<END
-#include <qjulia/colors.hpp>
-#include <qjulia/picture.hpp>
+#include <qjulia/base/colors.hpp>
+#include <qjulia/picture/picture.hpp>
 int main() {
   qjulia::Image picture;
   picture.width = picture.height = 1;

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""tools/reproduce lists its claims, each with what is expected, and refuses a claim it does not know.
+"""tools/experiments/reproduce lists its claims, each with what is expected, and refuses a claim it does not know.
 
     reproduce.py REPOSITORY
 """
@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-TOOL = Path(sys.argv[1]) / "tools/reproduce"
+TOOL = Path(sys.argv[1]) / "tools/experiments/reproduce"
 
 
 def run(*arguments):

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "process.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/version.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;

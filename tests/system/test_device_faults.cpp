@@ -13,8 +13,8 @@
 #include "device/program_source.hpp"
 #include "obj_text.hpp"
 #include "process.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/tuning_cache.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/device/tuning_cache.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "obj_text.hpp"
 #include "process.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "process.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "shaped_map.hpp"
 #include "temporary_folder.hpp"
 

@@ -10,8 +10,8 @@
 
 #include "original_bytes.hpp"
 #include "process.hpp"
-#include "qjulia/map_file.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/map/map_file.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;

@@ -7,7 +7,7 @@
 
 #include "png_file.hpp"
 #include "process.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "shaped_map.hpp"
 #include "temporary_folder.hpp"
 

@@ -7,8 +7,8 @@
 
 #include "armed_ball.hpp"
 #include "process.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;

@@ -18,7 +18,7 @@
 #include "batch/folder_lock.hpp"
 #include "batch/round.hpp"
 #include "batch/summary_table.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "rank_threads.hpp"
 #include "temporary_folder.hpp"
 

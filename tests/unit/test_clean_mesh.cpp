@@ -5,8 +5,8 @@
 #include <Eigen/Geometry>
 #include <catch2/catch_all.hpp>
 
-#include "qjulia/error.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

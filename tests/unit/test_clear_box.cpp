@@ -3,8 +3,8 @@
 #include <catch2/catch_all.hpp>
 #include <stop_token>
 
-#include "qjulia/error.hpp"
-#include "surface/clear_box.hpp"
+#include "lattice/clear_box.hpp"
+#include "qjulia/base/error.hpp"
 
 using namespace qjulia;
 using Eigen::Vector3d;

@@ -3,8 +3,8 @@
 #include <catch2/catch_all.hpp>
 #include <stop_token>
 
-#include "qjulia/error.hpp"
-#include "shape/coarse_mesh.hpp"
+#include "mesh/coarse_mesh.hpp"
+#include "qjulia/base/error.hpp"
 #include "shapes.hpp"
 
 using namespace qjulia;

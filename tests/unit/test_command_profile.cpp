@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "profile/command_profile.hpp"
 #include "profile/interval.hpp"
 #include "profile/jobs.hpp"
 #include "profile/roof.hpp"
 #include "profile/worker_clock.hpp"
-#include "qjulia/command_profile.hpp"
 
 using namespace qjulia;
 using namespace std::chrono_literals;

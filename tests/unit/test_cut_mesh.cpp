@@ -3,8 +3,8 @@
 #include <catch2/catch_all.hpp>
 #include <cmath>
 
-#include "qjulia/cut_mesh.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/surface/cut_mesh.hpp"
 
 using namespace qjulia;
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <stop_token>
 
-#include "qjulia/decimate.hpp"
-#include "qjulia/error.hpp"
-#include "shape/decimate_blocks.hpp"
-#include "shape/surface_samples.hpp"
-#include "shape/triangle_tree.hpp"
+#include "mesh/decimate_blocks.hpp"
+#include "mesh/surface_samples.hpp"
+#include "mesh/triangle_tree.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/decimate.hpp"
 #include "shapes.hpp"
 
 using namespace qjulia;

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "map/reference_iteration.hpp"
-#include "qjulia/detail.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/radial_spread.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/detail.hpp"
+#include "qjulia/mesh/radial_spread.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
 

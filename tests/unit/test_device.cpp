@@ -10,8 +10,8 @@
 #include "device/patient_wait.hpp"
 #include "device/program_source.hpp"
 #include "device/quirks.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/device/device.hpp"
 
 using namespace qjulia;
 using device::LaunchSizer;

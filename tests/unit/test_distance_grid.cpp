@@ -8,8 +8,8 @@
 #include "base/deflate.hpp"
 #include "distance_map.hpp"
 #include "map/reference_iteration.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;

@@ -11,7 +11,7 @@
 #include "layout/picture_layout.h"
 #include "picture/environment.hpp"
 #include "picture/lights.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;

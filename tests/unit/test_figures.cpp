@@ -10,9 +10,9 @@
 #include <stop_token>
 
 #include "edge_count.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/figures.hpp"
-#include "qjulia/surface_file.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/surface/figures.hpp"
+#include "qjulia/surface/surface_file.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

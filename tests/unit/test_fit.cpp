@@ -8,7 +8,7 @@
 
 #include "base/deadline.hpp"
 #include "fit/budget.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "sphere_pool.hpp"
 
 using namespace qjulia;

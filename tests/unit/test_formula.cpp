@@ -8,7 +8,7 @@
 #include <string>
 
 #include "formula/formula.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "random_maps.hpp"
 
 using namespace qjulia;

@@ -10,11 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "base/file_types.hpp"
 #include "base/input_file.hpp"
 #include "base/text.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/file_types.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;

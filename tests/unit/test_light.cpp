@@ -5,9 +5,9 @@
 
 #include "picture/lights.hpp"
 #include "picture/reflectance.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/look.hpp"
-#include "qjulia/picture_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/look.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;

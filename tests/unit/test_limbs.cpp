@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "surface/limbs.hpp"
+#include "measure/limbs.hpp"
 
 using namespace qjulia;
 using namespace qjulia::surface;

@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <catch2/catch_all.hpp>
 
+#include "base/file_types.hpp"
 #include "explore/request.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/file_types.hpp"
+#include "qjulia/base/error.hpp"
 
 using namespace qjulia;
 using explore::read_make;

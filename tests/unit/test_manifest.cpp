@@ -5,7 +5,7 @@
 
 #include "batch/batch.hpp"
 #include "batch/sweep.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;

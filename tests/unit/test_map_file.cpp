@@ -12,10 +12,10 @@
 #include <sstream>
 
 #include "base/deflate.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/map_file.hpp"
-#include "qjulia/mesh.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/map_file.hpp"
+#include "qjulia/mesh/mesh.hpp"
+#include "qjulia/picture/picture.hpp"
 #include "random_maps.hpp"
 #include "shapes.hpp"
 

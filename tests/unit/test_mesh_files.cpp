@@ -7,9 +7,9 @@
 #include <random>
 #include <stop_token>
 
-#include "qjulia/error.hpp"
-#include "qjulia/mesh.hpp"
-#include "qjulia/painted_mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
+#include "qjulia/mesh/painted_mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "fit/minimize.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "sphere_pool.hpp"
 
 using namespace qjulia;

@@ -5,8 +5,8 @@
 #include <random>
 #include <set>
 
+#include "lattice/node_lattice.hpp"
 #include "random_maps.hpp"
-#include "surface/node_lattice.hpp"
 
 using namespace qjulia;
 

@@ -5,8 +5,8 @@
 #include <stop_token>
 #include <string>
 
-#include "qjulia/error.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "shapes.hpp"
 
 using namespace qjulia;

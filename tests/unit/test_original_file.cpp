@@ -5,9 +5,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "original/original_file.hpp"
 #include "original_bytes.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/original_file.hpp"
+#include "qjulia/base/error.hpp"
 
 using namespace qjulia;
 using test::small_original;

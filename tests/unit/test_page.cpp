@@ -13,8 +13,8 @@
 
 #include "base/base64.hpp"
 #include "explore/page.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "random_maps.hpp"
 
 using namespace qjulia;

@@ -20,8 +20,8 @@
 #include "picture/framing.hpp"
 #include "picture/material_traits.hpp"
 #include "png_file.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/picture/picture.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

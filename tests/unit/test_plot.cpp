@@ -9,7 +9,7 @@
 #include <limits>
 #include <regex>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "report/plot.hpp"
 #include "report/plot_labels.hpp"
 

@@ -7,11 +7,11 @@
 #include <numbers>
 #include <random>
 
-#include "qjulia/error.hpp"
-#include "qjulia/mesh.hpp"
-#include "qjulia/shape.hpp"
-#include "shape/cone_sum.hpp"
-#include "shape/point_cells.hpp"
+#include "mesh/cone_sum.hpp"
+#include "mesh/point_cells.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
+#include "qjulia/mesh/shape.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

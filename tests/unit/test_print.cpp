@@ -9,10 +9,10 @@
 #include <set>
 #include <string>
 
-#include "qjulia/error.hpp"
-#include "qjulia/original_file.hpp"
-#include "qjulia/print.hpp"
-#include "shape/triangle_tree.hpp"
+#include "mesh/triangle_tree.hpp"
+#include "original/original_file.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/surface/print.hpp"
 #include "shapes.hpp"
 
 using namespace qjulia;

@@ -7,7 +7,7 @@
 
 #include "benchmark/alternated.hpp"
 #include "benchmark/profile_comparison.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 using namespace qjulia;
 using namespace qjulia::benchmark;

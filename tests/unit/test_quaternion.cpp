@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "qjulia/quaternion.hpp"
+#include "qjulia/base/quaternion.hpp"
 #include "random_maps.hpp"
 
 using namespace qjulia;

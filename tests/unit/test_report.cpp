@@ -3,7 +3,7 @@
 #include <catch2/catch_all.hpp>
 #include <nlohmann/json.hpp>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "report/html.hpp"
 #include "report/report.hpp"
 #include "temporary_folder.hpp"

@@ -3,7 +3,7 @@
 #include <catch2/catch_all.hpp>
 #include <cmath>
 
-#include "qjulia/scaling.hpp"
+#include "qjulia/profile/scaling.hpp"
 
 using namespace qjulia;
 

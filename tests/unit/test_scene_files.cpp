@@ -10,8 +10,8 @@
 
 #include "base/base64.hpp"
 #include "base/zip_file.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "shapes.hpp"
 #include "stored_zip.hpp"
 #include "temporary_folder.hpp"

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "fit/schedule.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "temporary_folder.hpp"
 
 using namespace qjulia;

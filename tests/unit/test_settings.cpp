@@ -7,18 +7,18 @@
 #include <set>
 
 #include "base/setting_json.hpp"
-#include "qjulia/compare_settings.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/exact_settings.hpp"
-#include "qjulia/fit_settings.hpp"
-#include "qjulia/knob_table.hpp"
-#include "qjulia/paint_settings.hpp"
-#include "qjulia/picture_settings.hpp"
-#include "qjulia/portal_settings.hpp"
-#include "qjulia/print_settings.hpp"
-#include "qjulia/sample_settings.hpp"
-#include "qjulia/selection.hpp"
-#include "qjulia/surface_settings.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/edit/paint_settings.hpp"
+#include "qjulia/edit/portal_settings.hpp"
+#include "qjulia/exact/exact_settings.hpp"
+#include "qjulia/fit/fit_settings.hpp"
+#include "qjulia/map/knob_table.hpp"
+#include "qjulia/map/sample_settings.hpp"
+#include "qjulia/picture/picture_settings.hpp"
+#include "qjulia/surface/compare_settings.hpp"
+#include "qjulia/surface/print_settings.hpp"
+#include "qjulia/surface/selection.hpp"
+#include "qjulia/surface/surface_settings.hpp"
 
 using namespace qjulia;
 

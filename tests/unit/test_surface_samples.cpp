@@ -2,8 +2,8 @@
 #include <catch2/catch_all.hpp>
 
 #include "base/larger_error.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/shape.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/shape.hpp"
 #include "shapes.hpp"
 
 using namespace qjulia;

@@ -10,7 +10,7 @@
 #include "fit/stages.hpp"
 #include "fit/team.hpp"
 #include "forwarding_evaluator.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "rank_threads.hpp"
 #include "sphere_pool.hpp"
 #include "toy_problem.hpp"

@@ -5,7 +5,7 @@
 
 #include "film/encoder.hpp"
 #include "film/track.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 using namespace qjulia;
 using film::Key;

@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-#include "shape/triangulate.hpp"
+#include "mesh/triangulate.hpp"
 #include "shapes.hpp"
 
 using namespace qjulia;

@@ -6,8 +6,8 @@
 
 #include "device/quirks.hpp"
 #include "profile/workload.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/tuning.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/device/tuning.hpp"
 
 using namespace qjulia;
 

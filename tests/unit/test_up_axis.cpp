@@ -4,7 +4,7 @@
 #include <array>
 #include <catch2/catch_all.hpp>
 
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

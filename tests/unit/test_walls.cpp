@@ -12,11 +12,11 @@
 #include <stop_token>
 
 #include "distance_reference.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/figures.hpp"
-#include "shape/triangle_tree.hpp"
+#include "mesh/triangle_tree.hpp"
+#include "print/walls.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/surface/figures.hpp"
 #include "shapes.hpp"
-#include "surface/walls.hpp"
 
 using namespace qjulia;
 

@@ -5,7 +5,7 @@
 #include <future>
 
 #include "explore/worker.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 using namespace qjulia;
 using explore::Job;

@@ -4,8 +4,8 @@
 #include <set>
 #include <sstream>
 
-#include "qjulia/error.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 #include "zip_text.hpp"

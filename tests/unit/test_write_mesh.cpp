@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/file_types.hpp"
 #include "base/larger_error.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/file_types.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "batch/folder_lock.hpp"
-#include "qjulia/progress.hpp"
-#include "qjulia/ranks.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/fit/ranks.hpp"
 
 namespace qjulia::batch {
 

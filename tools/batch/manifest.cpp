@@ -9,14 +9,14 @@
 #include <sstream>
 #include <string_view>
 
+#include "base/file_types.hpp"
 #include "base/input_file.hpp"
 #include "base/text.hpp"
 #include "base/toml.hpp"
 #include "batch/batch.hpp"
 #include "batch/sweep.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/file_types.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::batch {
 namespace {

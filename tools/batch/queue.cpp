@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "batch/status.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::batch {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::batch {
 namespace {

@@ -8,14 +8,14 @@
 #include <set>
 #include <thread>
 
+#include "base/file_types.hpp"
 #include "base/output_check.hpp"
 #include "base/output_file.hpp"
 #include "base/text.hpp"
 #include "batch/batch.hpp"
 #include "batch/queue.hpp"
 #include "batch/status.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/file_types.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::batch {
 namespace {

@@ -10,7 +10,7 @@
 #include "base/input_file.hpp"
 #include "base/output_file.hpp"
 #include "base/text.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia {
 

@@ -10,7 +10,7 @@
 #include "batch/overview.hpp"
 #include "batch/status.hpp"
 #include "batch/summary_table.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::batch {
 namespace {

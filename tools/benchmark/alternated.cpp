@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "benchmark/ratio_bounds.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::benchmark {
 namespace {

@@ -10,10 +10,10 @@
 #include "base/base64.hpp"
 #include "explore/embedded_page.hpp"
 #include "explore/page_settings.hpp"
-#include "qjulia/colors.hpp"
-#include "qjulia/map_file.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/colors.hpp"
+#include "qjulia/base/version.hpp"
+#include "qjulia/map/map_file.hpp"
+#include "qjulia/picture/picture.hpp"
 #include "report/html.hpp"
 
 namespace qjulia::explore {

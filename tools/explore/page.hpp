@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/device.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::explore {
 

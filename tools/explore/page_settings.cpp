@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "qjulia/colors.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/knob_table.hpp"
-#include "qjulia/picture_settings.hpp"
+#include "qjulia/base/colors.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/knob_table.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 
 namespace qjulia::explore {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "qjulia/map.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::explore {
 

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "qjulia/error.hpp"
-#include "qjulia/map_file.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/map_file.hpp"
 
 namespace qjulia::explore {
 

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "explore/request.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/map.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::explore {
 

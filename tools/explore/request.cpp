@@ -10,13 +10,13 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/file_types.hpp"
 #include "base/text.hpp"
-#include "qjulia/colors.hpp"
-#include "qjulia/file_types.hpp"
-#include "qjulia/knob_table.hpp"
-#include "qjulia/look.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/picture_settings.hpp"
+#include "qjulia/base/colors.hpp"
+#include "qjulia/map/knob_table.hpp"
+#include "qjulia/picture/look.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 
 namespace qjulia::explore {
 namespace {

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "qjulia/error.hpp"
-#include "qjulia/knobs.hpp"
-#include "qjulia/picture.hpp"
-#include "qjulia/surface.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/knobs.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/surface/surface.hpp"
 
 namespace qjulia::explore {
 

@@ -25,7 +25,7 @@
 #include "explore/request.hpp"
 #include "explore/turntable.hpp"
 #include "explore/worker.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::explore {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "explore/request.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/fit.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/mesh.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/map/map.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::explore {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::explore {
 

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "explore/request.hpp"
-#include "qjulia/device.hpp"
-#include "qjulia/map.hpp"
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::explore {
 

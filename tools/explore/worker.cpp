@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "explore/request.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::explore {
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "qjulia/progress.hpp"
+#include "qjulia/base/progress.hpp"
 
 namespace qjulia::explore {
 

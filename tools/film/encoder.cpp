@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "qjulia/file_types.hpp"
+#include "base/file_types.hpp"
 
 namespace qjulia::film {
 namespace {

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <utility>
 
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::film {
 namespace {

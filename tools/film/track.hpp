@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "qjulia/setting.hpp"
+#include "qjulia/base/setting.hpp"
 
 namespace qjulia::film {
 

@@ -12,9 +12,9 @@
 #include "base/base64.hpp"
 #include "base/deflate.hpp"
 #include "formula/embedded_shaders.hpp"
-#include "qjulia/error.hpp"
-#include "qjulia/slope.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/version.hpp"
+#include "qjulia/map/slope.hpp"
 
 namespace qjulia::formula {
 namespace {

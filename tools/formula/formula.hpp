@@ -5,9 +5,9 @@
 #include <stop_token>
 #include <string>
 
-#include "qjulia/device.hpp"
-#include "qjulia/field.hpp"
-#include "qjulia/map.hpp"
+#include "qjulia/device/device.hpp"
+#include "qjulia/map/field.hpp"
+#include "qjulia/map/map.hpp"
 
 namespace qjulia::formula {
 

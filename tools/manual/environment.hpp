@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "usage.hpp"
+#include "describe/usage.hpp"
 
 namespace qjulia::manual {
 

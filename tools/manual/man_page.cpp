@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "console/failure.hpp"
 #include "environment.hpp"
-#include "failure.hpp"
 #include "pages.hpp"
-#include "qjulia/version.hpp"
+#include "qjulia/base/version.hpp"
 #include "roff.hpp"
 
 namespace qjulia::manual {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/output_file.hpp"
-#include "commands.hpp"
+#include "commands/commands.hpp"
 #include "pages.hpp"
 
 namespace qjulia::manual {

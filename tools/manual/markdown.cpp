@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "failure.hpp"
+#include "console/failure.hpp"
 #include "pages.hpp"
 
 namespace qjulia::manual {

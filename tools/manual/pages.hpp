@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "usage.hpp"
+#include "describe/usage.hpp"
 
 namespace qjulia::manual {
 

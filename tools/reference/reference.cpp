@@ -7,9 +7,9 @@
 #include <array>
 #include <string_view>
 
-#include "qjulia/file_types.hpp"
-#include "qjulia/knob_table.hpp"
-#include "qjulia/picture_settings.hpp"
+#include "base/file_types.hpp"
+#include "qjulia/map/knob_table.hpp"
+#include "qjulia/picture/picture_settings.hpp"
 
 namespace {
 
@@ -88,7 +88,7 @@ void print_file_types() {
 void print_knobs() {
   fmt::print(
       "# Knobs of maps and settings of pictures\n\nThis page is made from the tables in "
-      "`include/qjulia/knob_table.hpp` and `picture_settings.hpp`, from which options, sweeps, "
+      "`include/qjulia/map/knob_table.hpp` and `picture_settings.hpp`, from which options, sweeps, "
       "provenance, and the controls of pages come as well. `cmake --build --preset release "
       "--target reference` makes it again.\n\n## Knobs of a map\n\nThey are turned in this order; "
       "the two that move the origin of iteration are one move.\n\n");

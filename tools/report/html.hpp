@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::html {
 

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "canvas/cairo_canvas.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "report/plot_labels.hpp"
 
 namespace qjulia::report {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "qjulia/picture.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::report {
 

@@ -8,7 +8,7 @@
 
 #include "base/base64.hpp"
 #include "base/output_file.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 #include "report/html.hpp"
 #include "report/plot.hpp"
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "qjulia/compare.hpp"
-#include "qjulia/fit.hpp"
-#include "qjulia/mesh.hpp"
-#include "qjulia/picture.hpp"
+#include "qjulia/fit/fit.hpp"
+#include "qjulia/mesh/mesh.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/surface/compare.hpp"
 
 namespace qjulia::report {
 

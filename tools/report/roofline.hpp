@@ -1,7 +1,7 @@
 #pragma once
 /// The roofline picture: kernels between what memory and what arithmetic allow.
 
-#include "qjulia/profile.hpp"
+#include "qjulia/profile/profile.hpp"
 #include "report/plot.hpp"
 
 namespace qjulia::report {

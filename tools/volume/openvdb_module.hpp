@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "qjulia/mesh.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::volume {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "base/output_file.hpp"
-#include "qjulia/error.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::volume {
 namespace {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string>
 
-#include "qjulia/mesh.hpp"
-#include "qjulia/sample.hpp"
+#include "qjulia/map/sample.hpp"
+#include "qjulia/mesh/mesh.hpp"
 #include "volume/openvdb_module.hpp"
 
 namespace qjulia::volume {

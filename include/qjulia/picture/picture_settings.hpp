@@ -1,0 +1,25 @@
+#pragma once
+/// The settings of a picture that a user turns while looking at it, described: options of commands,
+/// sweeps, requests, pages, provenance and the reference come from this table.
+
+#include <span>
+#include <string_view>
+
+#include "qjulia/base/setting.hpp"
+#include "qjulia/picture/picture.hpp"
+
+namespace qjulia {
+
+struct PictureSetting : SettingOf<PictureOptions> {
+  /// Whether it moves the camera and nothing else, so that a `Studio` stays as it is.
+  bool is_of_camera = false;
+  /// Whether it says what the set looks like, and may stand in a look.
+  bool is_of_look = false;
+};
+
+std::span<const PictureSetting> picture_settings();
+
+/// The setting whose member of the struct has this name. @throws InputError where there is none.
+const PictureSetting& picture_setting_named(std::string_view name);
+
+}  // namespace qjulia

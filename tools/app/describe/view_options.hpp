@@ -1,0 +1,35 @@
+#pragma once
+/// What a picture of a map or a mesh depends on, as options give it.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "describe/command_line.hpp"
+#include "describe/map_options.hpp"
+#include "qjulia/picture/picture.hpp"
+
+namespace qjulia::tools {
+
+struct View {
+  MapOptions map_options;
+  PictureOptions picture;
+};
+
+/// The options of a view.
+struct ViewArguments {
+  View view;
+  std::optional<std::string> palette;  ///< it is read once the material is known
+  std::vector<Option> camera;
+  std::optional<Option> material;
+};
+
+/// --size, --samples, --bits, those of the camera, --cut, --look, --material, --exact, those of
+/// looks and those of maps. `arguments` must stay where it is.
+void add_view(Command command, ViewArguments& arguments);
+
+/// The view, checked. @param input the map or mesh that it shows. @throws InputError naming the
+/// option
+View checked_view(const ViewArguments& arguments, const std::string& input);
+
+}  // namespace qjulia::tools

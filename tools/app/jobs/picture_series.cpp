@@ -1,0 +1,209 @@
+#include "jobs/picture_series.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+
+#include "describe/files.hpp"
+#include "describe/provenance.hpp"
+#include "jobs/picture_sweep.hpp"
+#include "qjulia/map/knob_table.hpp"
+#include "qjulia/map/map_file.hpp"
+#include "qjulia/picture/picture_settings.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+bool has_range(const PictureOptions& options) { return options.material != Material::clay; }
+
+/// All of a view but where the camera is.
+nlohmann::json without_camera(const View& view) {
+  nlohmann::json all = to_json(view.map_options);
+  all.update(to_json(view.picture));
+  for (const PictureSetting& setting : picture_settings()) {
+    if (setting.is_of_camera) all.erase(setting.name);
+  }
+  return all;
+}
+
+std::vector<Camera> cameras_of(const std::vector<View>& views) {
+  std::vector<Camera> cameras;
+  cameras.reserve(views.size());
+  for (const View& view : views) cameras.push_back(view.picture.camera);
+  return cameras;
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& input, Session& session) {
+  // Not `return {{}, read_mesh(…)}`: where that throws, GCC 12 destroys the map twice.
+  Scene scene;
+  if (is_mesh_file(input)) {
+    scene.mesh = session.read_mesh(input);
+  } else {
+    scene.map = session.read_map(input);
+  }
+  return scene;
+}
+
+Scene turned(const Device& device, Scene scene, const std::string& input, const View& view,
+             Session& session) {
+  if (!scene.map) return scene;
+  scene.map = with_knobs(device, *scene.map, view.map_options, input);
+  warn_if_unbounded(*scene.map, view.picture.iterations, input, session.console);
+  return scene;
+}
+
+Studio studio_of(const Device& device, const Scene& scene, const PictureOptions& options,
+                 Session& session) {
+  const TraceStage stage(session.trace(), "studio");
+  if (!scene.map) return {device, scene.mesh, scene.mesh.box(), options};
+  return {device, *scene.map, options, session.stop()};
+}
+
+PictureOptions as_drawn(PictureOptions options, Studio& studio) {
+  const std::optional<UpAxis> up = options.camera.up;
+  options.camera = studio.aimed(std::span(&options.camera, 1)).front();
+  options.camera.up = up;
+  options.exposure = studio.exposure();
+  if (has_range(options)) options.range = studio.range();
+  return options;
+}
+
+std::string carried_map(const Scene& scene, const MapOptions& options, const Job& job) {
+  if (!scene.map) return {};
+  const nlohmann::json usual = to_json(MapOptions{}), how = to_json(options);
+  Map map = *scene.map;
+  if (how != usual) add_job(map, job);
+  return packed_map(map);
+}
+
+ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all) {
+  ProgressMonitor monitor = session.monitor();
+  monitor.on_progress = [&session, show = monitor.on_progress, done, all](Progress progress) {
+    if (!show) return;
+    progress.fraction = (static_cast<double>(done) + progress.fraction) / static_cast<double>(all);
+    progress.seconds_left =
+        session.seconds() * (1 - progress.fraction) / std::max(progress.fraction, 1e-6);
+    show(progress);
+  };
+  return monitor;
+}
+
+PictureSeries::PictureSeries(const Device& device, Scene scene, std::string input,
+                             std::vector<View> views, Job job, Session& session)
+    : device_(device),
+      scene_(std::move(scene)),
+      input_(std::move(input)),
+      views_(std::move(views)),
+      job_(std::move(job)),
+      session_(session) {}
+
+bool PictureSeries::differs_in_camera_alone() const {
+  const nlohmann::json first = without_camera(views_.front());
+  return std::ranges::all_of(views_,
+                             [&](const View& view) { return without_camera(view) == first; });
+}
+
+Studio& PictureSeries::studio(const View& view) {
+  nlohmann::json wanted = without_camera(view);
+  if (!studio_ || of_studio_ != wanted) {
+    studio_.reset();
+    shown_ = turned(device_, scene_, input_, view, session_);
+    studio_ = studio_of(device_, shown_, view.picture, session_);
+    of_studio_ = std::move(wanted);
+  }
+  return *studio_;
+}
+
+SeriesFrame PictureSeries::frame_of_camera() {
+  const PictureOptions& options = views_.front().picture;
+  Studio& seen = studio(views_.front());
+  SeriesFrame frame{seen.aimed(cameras_of(views_)), options.range, {}};
+  if (has_range(options) && !options.range) {
+    frame.range = range_over(seen.shown(frame.cameras), options.material);
+  }
+  return frame;
+}
+
+SeriesFrame PictureSeries::frame_of_maps() {
+  constexpr std::size_t kMostDrafts = 48;
+  const TraceStage stage(session_.trace(), "series");
+  const PictureOptions& first = views_.front().picture;
+  SeriesFrame frame{cameras_of(views_), first.range, {}};
+  const bool is_placed = std::ranges::all_of(
+      frame.cameras, [](const Camera& camera) { return camera.look_at && camera.distance; });
+  const bool needs_range = has_range(first) && !first.range;
+  if (is_placed && !needs_range) return frame;
+  const std::size_t drafts = std::min(kMostDrafts, views_.size());
+  std::vector<Eigen::Vector3d> seen;
+  std::vector<float> values;
+  std::optional<Studio> studio;
+  for (std::size_t i = 0; i < drafts; ++i) {
+    const double done = static_cast<double>(i) / static_cast<double>(drafts);
+    session_.monitor().report({"looking at the series", done, -1, {}});
+    const std::size_t number = drafts == 1 ? 0 : i * (views_.size() - 1) / (drafts - 1);
+    const View& view = views_[number];
+    const Scene scene = turned(device_, scene_, input_, view, session_);
+    studio = Studio::of_drafts(device_, *scene.map, view.picture, session_.stop());
+    if (!is_placed) {
+      const std::vector<Eigen::Vector3d> outline = studio->outline();
+      seen.insert(seen.end(), outline.begin(), outline.end());
+    }
+    if (!needs_range) continue;
+    const std::vector<float> some = studio->shown(std::span(&view.picture.camera, 1));
+    values.insert(values.end(), some.begin(), some.end());
+  }
+  frame.cameras = studio->aimed(frame.cameras, seen);
+  if (needs_range) frame.range = range_over(std::move(values), first.material);
+  return frame;
+}
+
+SeriesFrame PictureSeries::frame() {
+  if (!frame_)
+    frame_ = !scene_.map || differs_in_camera_alone() ? frame_of_camera() : frame_of_maps();
+  return *frame_;
+}
+
+SeriesFrame PictureSeries::frame_with_exposure() {
+  frame();
+  constexpr int kReduction = 4;
+  // The first picture may show nothing.
+  for (const std::size_t number : {std::size_t{0}, views_.size() / 2, views_.size() - 1}) {
+    const PictureOptions& options = views_[number].picture;
+    if (frame_->exposure || options.exposure) break;
+    Studio& metered = studio(views_[number]);
+    metered.resize(std::max(1, options.width / kReduction),
+                   std::max(1, options.height / kReduction));
+    const Image image = metered.picture(frame_->cameras[number], session_.monitor());
+    metered.resize(options.width, options.height);
+    if (image.covered > 0) frame_->exposure = metered.exposure();
+    studio_.reset();  // its light is that of a small picture
+  }
+  return *frame_;
+}
+
+PictureSeries::Picture PictureSeries::picture(std::size_t number, const View& base,
+                                              bool carries_map, const ProgressMonitor& monitor) {
+  frame();
+  View view = views_.at(number);
+  Studio& drawn = studio(view);
+  const std::optional<UpAxis> up = view.picture.camera.up;
+  view.picture.camera = frame_->cameras[number];
+  view.picture.camera.up = up;
+  view.picture.range = frame_->range;
+  drawn.set_range(frame_->range);
+  const bool has_own_exposure = view.picture.exposure.has_value();
+  if (!has_own_exposure && frame_->exposure) drawn.set_exposure(*frame_->exposure);
+  Picture made{
+      .image = drawn.picture(view.picture.camera, monitor), .view = view, .map = {}, .job = {}};
+  if (!has_own_exposure && !frame_->exposure && made.image.covered > 0)
+    frame_->exposure = drawn.exposure();
+  made.view.picture = as_drawn(view.picture, drawn);
+  made.job = frame_job(job_, base, made.view);
+  if (carries_map) made.map = carried_map(shown_, view.map_options, made.job);
+  return made;
+}
+
+}  // namespace qjulia::tools

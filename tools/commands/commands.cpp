@@ -1,0 +1,54 @@
+#include "commands/commands.hpp"
+
+#include <fmt/format.h>
+
+#include "commands/build_facts.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/version.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr const char* kExamples =
+    "First steps:\n"
+    "  qjulia devices                                  what can compute here\n"
+    "  qjulia doctor                                   does it compute what it should?\n"
+    "  qjulia fit bunny.obj -o bunny.qjulia.json       mesh to map; a minute or so\n"
+    "  qjulia shape bunny.obj -o exact.qjulia.json     the same in seconds, larger and exact\n"
+    "  qjulia render bunny.qjulia.json -o bunny.png    map to picture\n"
+    "  qjulia surface bunny.qjulia.json -o bunny.ply   map to mesh, for Blender or a printer\n"
+    "  qjulia share bunny.qjulia.json -o bunny.html    map to a page to play with\n"
+    "  qjulia compare bunny.qjulia.json bunny.obj      how well does it fit?\n"
+    "\n"
+    "'qjulia COMMAND --help' explains a command. Where a file's name follows from the input's, -o "
+    "may\n"
+    "be left out: a new file is then written to the folder where the command runs.\n"
+    "Exit codes: ";
+
+std::string exit_codes() {
+  std::string text;
+  for (const ExitStatus& status : exit_statuses()) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", static_cast<int>(status.code),
+                        status.meaning);
+  }
+  return text + ".";
+}
+
+}  // namespace
+
+const char* const kProgramDescription =
+    "What would a Mandelbrot-like set in the shape of this mesh look like?\n"
+    "qjulia fits an iterated quaternion rational map to a triangle mesh. The map is some\n"
+    "hundred kilobytes and has no resolution: make surfaces and pictures as fine as you like.";
+
+void describe(CommandLine& program, ChosenCommand& chosen) {
+  program.root().footer(kExamples + exit_codes());
+  program.version([] { return fmt::format("qjulia {}\n{}", version(), build_facts()); });
+  for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_paint, add_portals,
+                         add_surface, add_render, add_film, add_sample, add_compare, add_convert,
+                         add_explore, add_share, add_run, add_info, add_batch, add_profile}) {
+    add(program, chosen);
+  }
+}
+
+}  // namespace qjulia::tools

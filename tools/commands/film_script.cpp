@@ -1,0 +1,427 @@
+#include "commands/film_script.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "base/input_file.hpp"
+#include "base/text.hpp"
+#include "base/toml.hpp"
+#include "commands/commands.hpp"
+#include "describe/files.hpp"
+#include "describe/moving_settings.hpp"
+#include "qjulia/base/error.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+constexpr std::uint64_t kLargestScript = std::uint64_t{16} << 20;
+constexpr std::size_t kMostPictures = 100'000;
+
+std::size_t line_of_node(const toml::node& node) { return node.source().begin.line; }
+
+/// The name of a moving setting: "look-at" of "look_at".
+std::string dashed(std::string name) {
+  std::ranges::replace(name, '_', '-');
+  return name;
+}
+
+/// The numbers of a value: one, or an array of them.
+std::vector<double> numbers_of(const toml::node& node) {
+  std::vector<double> numbers;
+  const auto add = [&](const toml::node& number) {
+    const auto value = number.value<double>();
+    if (!value) throw InputError("give a number, or an array of numbers");
+    numbers.push_back(*value);
+  };
+  if (const auto* list = node.as_array()) {
+    for (const toml::node& each : *list) add(each);
+  } else {
+    add(node);
+  }
+  return numbers;
+}
+
+/// @throws InputError for what is no regular file: a pipe would be waited for
+std::string text_of_file(const std::filesystem::path& path, const char* what) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw InputError(fmt::format("'{}' is no regular file, as a {} must be", path.string(), what));
+  }
+  return base::read_text_file(path, what, kLargestScript, {});
+}
+
+/// Reads a script, table by table.
+class ScriptReader {
+ public:
+  ScriptReader(std::filesystem::path file, double seconds)
+      : file_(std::move(file)), wanted_seconds_(seconds) {}
+
+  FilmScript read() {
+    const toml::table root = base::parse_toml(text_of_file(file_, "script"), file_.string());
+    for (auto&& [key, node] : root) {
+      const std::string name(key.str());
+      const bool is_known = (name == "film" || name == "options" || name == "loop")
+                                ? node.is_table()
+                                : name == "key" && node.is_array_of_tables();
+      if (!is_known) {
+        fail(node, fmt::format("'{}' is not known here; a script has [film], [options], [loop] and "
+                               "any number of [[key]]",
+                               name));
+      }
+    }
+    read_film(root);
+    if (const auto* options = root["options"].as_table()) read_options(*options);
+    if (const auto* list = root["key"].as_array()) {
+      for (const toml::node& each : *list) read_key(*each.as_table());
+    }
+    make_tracks(root["loop"].as_table());
+    return std::move(script_);
+  }
+
+ private:
+  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: {}", file_.string(), line_of_node(node), what));
+  }
+
+  /// What `call` returns; the file, the line and the name stand before what goes wrong in it.
+  template <class Call>
+  auto at(const toml::node& node, const std::string& name, const Call& call) const {
+    try {
+      return call();
+    } catch (const InputError& error) {
+      fail(node, fmt::format("{}: {}", name, error.what()));
+    }
+  }
+
+  double number_above_0(const toml::node& node, const std::string& name) const {
+    const auto value = node.value<double>();
+    if (!value || !(*value > 0) || !std::isfinite(*value)) {
+      fail(node, fmt::format("{}: give a number above 0", name));
+    }
+    return *value;
+  }
+
+  std::string text(const toml::node& node, const std::string& name) const {
+    const auto value = node.value<std::string>();
+    if (!value || value->empty()) fail(node, fmt::format("{}: give a text", name));
+    return *value;
+  }
+
+  void read_film(const toml::table& root) {
+    const auto* const film = root["film"].as_table();
+    if (film == nullptr) {
+      throw InputError(
+          fmt::format("'{}' has no [film] with a map and its seconds", file_.string()));
+    }
+    std::string keys;
+    for (auto&& [key, node] : *film) {
+      const std::string name(key.str());
+      if (name == "map") {
+        script_.input = (file_.parent_path() / text(node, name)).string();
+      } else if (name == "seconds") {
+        script_.seconds = number_above_0(node, name);
+      } else if (name == "rate") {
+        script_.rate = number_above_0(node, name);
+      } else if (name == "step") {
+        step_ = at(node, name, [&, &word = node] { return film::step_named(text(word, name)); });
+      } else if (name == "loop") {
+        loop_ = at(node, name, [&, &word = node] { return film::loop_named(text(word, name)); });
+      } else if (name == "keys") {
+        keys = (file_.parent_path() / text(node, name)).string();
+      } else {
+        fail(node, fmt::format("'{}' is not known in [film]; it has map, seconds, rate, step, loop "
+                               "and keys",
+                               name));
+      }
+    }
+    if (script_.input.empty()) fail(*film, "[film] has no map; name the map or mesh to film");
+    if (script_.seconds == 0) fail(*film, "[film] has no seconds; give the film's length");
+    if (wanted_seconds_ > 0) {
+      stretch_ = wanted_seconds_ / script_.seconds;
+      script_.seconds = wanted_seconds_;
+    }
+    if (script_.seconds * script_.rate > static_cast<double>(kMostPictures)) {
+      fail(*film, fmt::format("the film would have more than {} pictures; give fewer seconds or a "
+                              "lower rate",
+                              kMostPictures));
+    }
+    if (!keys.empty()) read_key_file(keys);
+  }
+
+  void read_options(const toml::table& options) {
+    std::ostringstream json;
+    json << toml::json_formatter(options);
+    script_.options = nlohmann::json::parse(json.str());
+    at(options, "[options]", [&] {
+      find_files(script_.options, command_usage("render"), file_.parent_path());
+      return script_.base();
+    });
+  }
+
+  const MovingSetting& setting_of(const std::string& name) const {
+    const auto found = moving_settings().find(dashed(name));
+    if (found != moving_settings().end()) return found->second;
+    std::vector<std::string> names;
+    for (const auto& [known, setting] : moving_settings()) names.push_back(known);
+    throw InputError(
+        fmt::format("there is no such setting to move; it can be {}", fmt::join(names, ", ")));
+  }
+
+  void add_key(const std::string& name, double time, std::vector<double> value, film::Step step) {
+    const MovingSetting& setting = setting_of(name);
+    if (value.size() != setting.numbers) {
+      throw InputError(fmt::format("give {}", setting.numbers == 1
+                                                  ? "a number"
+                                                  : fmt::format("{} numbers", setting.numbers)));
+    }
+    keys_[dashed(name)].push_back({stretch_ * time, std::move(value), step});
+  }
+
+  void read_key(const toml::table& table) {
+    const auto time = table["at"].value<double>();
+    if (!time || !std::isfinite(*time)) fail(table, "this [[key]] has no 'at', in seconds");
+    film::Step step = step_;
+    if (const toml::node* const word = table.get("step")) {
+      step = at(*word, "step", [&] { return film::step_named(text(*word, "step")); });
+    }
+    for (auto&& [key, node] : table) {
+      const std::string name(key.str());
+      if (name == "at" || name == "step") continue;
+      at(node, name, [&, &value = node] { add_key(name, *time, numbers_of(value), step); });
+    }
+  }
+
+  /// A table whose first row has names, "at" the first of them; an empty cell is no key.
+  void read_key_file(const std::string& path) {
+    const std::string content = text_of_file(path, "table of keys");
+    const char between = content.find('\t') != std::string::npos  ? '\t'
+                         : content.find(';') != std::string::npos ? ';'
+                                                                  : ',';
+    std::vector<std::string> names;
+    std::istringstream lines(content);
+    std::string line;
+    for (int number = 1; std::getline(lines, line); ++number) {
+      if (line.ends_with('\r')) line.pop_back();
+      if (line.empty()) continue;
+      const std::vector<std::string> cells = base::split(line, between);
+      try {
+        if (names.empty()) {
+          names = cells;
+          if (names.front() != "at") throw InputError("the first column is 'at', in seconds");
+          continue;
+        }
+        read_row(names, cells);
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}:{}: {}", path, number, error.what()));
+      }
+    }
+  }
+
+  void read_row(const std::vector<std::string>& names, const std::vector<std::string>& cells) {
+    if (cells.size() > names.size()) throw InputError("the row has more cells than the first one");
+    const double time = finite_number(cells.front());
+    for (std::size_t i = 1; i < cells.size(); ++i) {
+      if (cells[i].empty()) continue;
+      std::vector<double> value;
+      try {
+        for (const std::string& word : base::split(cells[i], ' ')) {
+          value.push_back(finite_number(word));
+        }
+        add_key(names[i], time, std::move(value), step_);
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", names[i], error.what()));
+      }
+    }
+  }
+
+  void make_tracks(const toml::table* loops) {
+    std::map<std::string, film::Loop> by_name;
+    if (loops != nullptr) {
+      for (auto&& [key, node] : *loops) {
+        const std::string name = dashed(std::string(key.str()));
+        if (!keys_.contains(name)) fail(node, fmt::format("'{}' has no key to loop", name));
+        by_name[name] =
+            at(node, name, [&, &value = node] { return film::loop_named(text(value, name)); });
+      }
+    }
+    std::map<std::string, std::string> names;  // of tracks, by their options
+    for (auto& [name, keys] : keys_) {
+      const auto found = by_name.find(name);
+      try {
+        const MovingSetting& setting = setting_of(name);
+        if (setting.is_of_map) expect_map("it", script_.input);
+        const auto [other, is_new] = names.emplace(setting.of, name);
+        if (!is_new && setting.of != "cut") {
+          throw InputError(fmt::format("'{}' moves the same; give keys of one", other->second));
+        }
+        script_.tracks.emplace(name, film::Track(std::move(keys), setting_of(name).interpolation,
+                                                 found == by_name.end() ? loop_ : found->second));
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("'{}': {}: {}", file_.string(), name, error.what()));
+      }
+    }
+  }
+
+  std::filesystem::path file_;
+  double wanted_seconds_, stretch_ = 1;
+  film::Step step_ = film::Step::spline;
+  film::Loop loop_ = film::Loop::hold;
+  std::map<std::string, std::vector<film::Key>> keys_;
+  FilmScript script_;
+};
+
+constexpr const char* kTurntable = R"(# Once around, in steady light. It loops without a seam.
+#   qjulia film turntable.toml -o turntable.mp4
+[film]
+map = "bunny.qjulia.json"   # or a mesh; seen from this file
+seconds = 8
+rate = 25                   # pictures a second
+step = "linear"             # from one key to the next: hold, linear, ease or spline
+
+[options]                   # any option of 'qjulia render', for the whole film
+size = "960x720"
+look = "gold"
+
+[[key]]
+at = 0                      # seconds
+azimuth = 30
+
+[[key]]
+at = 8
+azimuth = 390               # beyond 360: nothing takes a short cut
+)";
+
+constexpr const char* kDissolve = R"(# The shape dissolves and comes back.
+[film]
+map = "bunny.qjulia.json"
+seconds = 8
+step = "ease"
+
+[options]
+size = "960x720"
+
+[loop]
+drift = "ping-pong"         # hold, cycle, ping-pong or offset
+
+[[key]]
+at = 0
+drift = 0
+
+[[key]]
+at = 4
+drift = 1.0
+)";
+
+constexpr const char* kDive = R"(# From the whole set into its surface. Zooms go by equal ratios.
+[film]
+map = "bunny.qjulia.json"
+seconds = 10
+
+[options]
+size = "960x720"
+look = "porcelain"
+
+[[key]]
+at = 0
+zoom = 1
+azimuth = 20
+look_at = [0, 0, 0]         # shape units
+
+[[key]]
+at = 10
+zoom = 30
+azimuth = 60
+look_at = [-0.6, 0.5, 0.1]  # a place on the surface: 'render --aov' finds it
+)";
+
+constexpr const char* kBreathe =
+    R"(# The surface grows wild and calms down again, while its pattern turns.
+[film]
+map = "bunny.qjulia.json"
+seconds = 6
+step = "ease"
+loop = "ping-pong"
+
+[options]
+size = "960x720"
+material = "trap"
+palette = "ember"
+
+[[key]]
+at = 0
+detail = 0.01
+phase_i = 0                 # degrees: the phase is cos A + i sin A
+
+[[key]]
+at = 3
+detail = 0.04
+phase_i = 40
+)";
+
+const std::map<std::string, const char*>& templates() {
+  static const std::map<std::string, const char*> all{
+      {"turntable", kTurntable}, {"dissolve", kDissolve}, {"dive", kDive}, {"breathe", kBreathe}};
+  return all;
+}
+
+}  // namespace
+
+std::size_t FilmScript::pictures() const {
+  return static_cast<std::size_t>(std::max(1.0, std::round(seconds * rate)));
+}
+
+View FilmScript::base() const {
+  CommandLine program(kProgramDescription, "qjulia");
+  const Command command = program.add_command("render", "");
+  ViewArguments arguments;
+  add_view(command, arguments);
+  const Job job{.command = "render", .options = options};
+  program.parse(words_of(job, program.usage().commands.front()));
+  return checked_view(arguments, input);
+}
+
+std::vector<View> FilmScript::views(const View& base) const {
+  std::vector<View> all;
+  for (std::size_t i = 0; i < pictures(); ++i) {
+    const double time = static_cast<double>(i) / rate;
+    View& view = all.emplace_back(base);
+    const auto zoom = tracks.find("zoom");
+    for (const auto& [name, track] : tracks) {
+      const bool zooms = name == "look-at" && zoom != tracks.end();
+      try {
+        moving_settings().at(name).set(zooms ? track.at(time, zoom->second) : track.at(time), view);
+        view.map_options.knobs.validate();
+        view.picture.validate();
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{} at {:.4g} seconds: {}", name, time, error.what()));
+      }
+    }
+  }
+  return all;
+}
+
+FilmScript read_film_script(const std::filesystem::path& file, double seconds) {
+  return ScriptReader(file, seconds).read();
+}
+
+std::string film_template(const std::string& name) {
+  const auto found = templates().find(name);
+  if (found != templates().end()) return found->second;
+  throw InputError(fmt::format("there is no template '{}'; give one of {}", name,
+                               fmt::join(film_template_names(), ", ")));
+}
+
+std::vector<std::string> film_template_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, text] : templates()) names.push_back(name);
+  return names;
+}
+
+}  // namespace qjulia::tools

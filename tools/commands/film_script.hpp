@@ -1,0 +1,38 @@
+#pragma once
+/// What happens in a film: options that hold, and keys of settings that move.
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "describe/view_options.hpp"
+#include "film/track.hpp"
+
+namespace qjulia::tools {
+
+struct FilmScript {
+  std::string input;  ///< the file of the map or mesh
+  double seconds = 0;
+  double rate = 25;                                   ///< pictures a second
+  nlohmann::json options = nlohmann::json::object();  ///< of `render`, for the whole film
+  std::map<std::string, film::Track> tracks;          ///< by the names of moving settings
+
+  std::size_t pictures() const;
+  /// What holds for all pictures. @throws InputError naming the option
+  View base() const;
+  /// The view of each picture. @throws InputError naming the setting, and when
+  std::vector<View> views(const View& base) const;
+};
+
+/// Reads a script (docs/guide/films.md). Files are looked for in its folder.
+/// @param seconds the film's length in place of the script's, to which all keys are stretched; 0:
+///   the script's. @throws InputError naming file, line and what to do
+FilmScript read_film_script(const std::filesystem::path& file, double seconds);
+
+/// A commented script to begin with. @param name one of `film_template_names`
+std::string film_template(const std::string& name);
+std::vector<std::string> film_template_names();
+
+}  // namespace qjulia::tools

@@ -1,0 +1,171 @@
+#include "commands/fit_worker.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "commands/batch_commands.hpp"
+#include "commands/manifest_options.hpp"
+#include "describe/files.hpp"
+#include "describe/provenance.hpp"
+#include "jobs/job_run.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/base/version.hpp"
+#include "qjulia/map/map_file.hpp"
+#include "qjulia/surface/compare.hpp"
+#include "qjulia/surface/figures.hpp"
+#include "report/report.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+/// A fit's options, the same from wherever the batch is started: a schedule's hash says enough.
+nlohmann::json without_schedule_folder(nlohmann::json options) {
+  options["schedule"] =
+      std::filesystem::path(options["schedule"].get<std::string>()).filename().string();
+  return options;
+}
+
+/// A job's options, the same from wherever the batch is started: files by names and hashes.
+nlohmann::json without_folders(nlohmann::json options) {
+  for (nlohmann::json& value : options) {
+    if (!value.is_string()) continue;
+    const std::filesystem::path path = value.get<std::string>();
+    std::error_code ignored;
+    if (path.is_absolute() && std::filesystem::is_regular_file(path, ignored)) {
+      value = name_of(path) + " " + file_hash(path);
+    }
+  }
+  return options;
+}
+
+/// The batch's maps are the same bytes wherever and whenever they are made: times stand in the
+/// status files.
+nlohmann::json without_times(nlohmann::json provenance) {
+  provenance.erase("seconds");
+  for (nlohmann::json& stage : provenance["stages"]) stage.erase("seconds");
+  return provenance;
+}
+
+}  // namespace
+
+FitWorker::FitWorker(CachedTuning kept)
+    : device_(std::move(kept.device)), tuning_warning_(std::move(kept.warning)) {}
+
+batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
+                                         const std::filesystem::path& folder,
+                                         const ProgressMonitor& monitor) const {
+  const FitOptions options = fit_options(entry.options);
+  FitOrigin origin = origin_of(options, fit_job(entry.mesh, options));
+  origin.options = without_schedule_folder(std::move(origin.options));
+  const auto [mesh, mesh_report] = read_and_inspect_mesh(entry.mesh, monitor.stop);
+  device_.reset_kernel_times();
+  FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), monitor);
+  if (result.stopped == StopReason::interrupted) throw Interrupted();
+
+  double kernel_seconds = 0;
+  for (const auto& [name, time] : device_.kernel_times()) kernel_seconds += time.seconds;
+  batch::EntryResult entry_result;
+  const auto file = [&](const std::string& extension) {
+    entry_result.files.push_back(entry.name + extension);
+    return folder / entry_result.files.back();
+  };
+  result.map.provenance = without_times(provenance(origin, device_, result));
+  const std::filesystem::path map = file(".qjulia.json");
+  write_map(result.map, map);
+  auto warnings = mesh_report.warnings();
+  for (const auto& job : {entry.outputs.surface, entry.outputs.picture}) {
+    if (!job) continue;
+    const Said said =
+        run_job(entry_job(*job, map), file(job->extension).string(), {device_, monitor});
+    warnings.insert(warnings.end(), said.warnings.begin(), said.warnings.end());
+  }
+  if (entry.outputs.report) {
+    const report::FitReport report =
+        report::make_report(device_, mesh, result, entry.name, monitor);
+    report::write_report(report, file(".report.html"));
+  }
+  if (!entry.outputs.compare.empty()) {
+    entry_result.figures["comparisons"] = comparisons(entry, mesh, result.map, monitor);
+  }
+  std::filesystem::remove(folder / (entry.name + ".checkpoint"));
+
+  if (!tuning_warning_.empty()) warnings.push_back(tuning_warning_);
+  warnings.insert(warnings.end(), result.warnings.begin(), result.warnings.end());
+  entry_result.figures.update(final_figures(result));
+  entry_result.figures.update({{"factors", result.map.dynamics.factors.size()},
+                               {"evaluations", result.evaluations},
+                               {"fit_seconds", result.seconds},
+                               {"kernel_seconds", kernel_seconds},
+                               {"stopped", result.map.provenance.json()["stopped"]},
+                               {"warnings", warnings}});
+  return entry_result;
+}
+
+FitResult FitWorker::fit_resumable(const TriangleMesh& mesh, FitOptions options,
+                                   const std::filesystem::path& checkpoint,
+                                   const ProgressMonitor& monitor) const {
+  options.checkpoint = checkpoint;
+  options.resume = true;
+  try {
+    return fit(device_, mesh, options, monitor);
+  } catch (const InputError&) {
+    // The checkpoint may be of other options or another device: then the fit starts afresh.
+    if (!std::filesystem::remove(checkpoint)) throw;
+    return fit(device_, mesh, options, monitor);
+  }
+}
+
+nlohmann::json FitWorker::comparisons(const batch::BatchEntry& entry, const TriangleMesh& mesh,
+                                      const Map& map, const ProgressMonitor& monitor) const {
+  std::map<int, FitMetrics> by_iterations;
+  // The largest first: each comparison gives n = 1, too.
+  std::vector<int> descending = entry.outputs.compare;
+  std::ranges::reverse(descending);
+  for (const int n : descending) {
+    if (by_iterations.contains(n)) continue;
+    CompareOptions options;
+    options.resolution = entry.outputs.compare_resolution;
+    options.iterations = n;
+    options.limbs = true;
+    for (const FitMetrics& metrics : compare(device_, map, mesh, options, monitor)) {
+      by_iterations.emplace(metrics.iterations, metrics);
+    }
+  }
+  nlohmann::json rows = nlohmann::json::array();
+  for (const int n : entry.outputs.compare) rows.push_back(to_json(by_iterations.at(n)));
+  return rows;
+}
+
+batch::FitKey fit_key(const batch::BatchEntry& entry) {
+  const batch::BatchOutputs& outputs = entry.outputs;
+  std::string rest = fmt::format("{}", outputs.report);
+  for (const auto& job : {outputs.surface, outputs.picture}) {
+    rest += job ? fmt::format(" {} {} {}", job->command, job->extension,
+                              without_folders(job->options).dump())
+                : " -";
+  }
+  if (!outputs.compare.empty()) {
+    rest += fmt::format(" {} at {}", fmt::join(outputs.compare, ","), outputs.compare_resolution);
+  }
+  const nlohmann::json options = without_schedule_folder(to_json(fit_options(entry.options)));
+  batch::FitKey key{{}, text_hash(options.dump() + rest)};
+  try {
+    key.inputs = file_hash(entry.mesh);
+  } catch (const InputError&) {
+    // Reading the mesh will say so.
+  }
+  return key;
+}
+
+nlohmann::json settings(const batch::BatchEntry& entry) {
+  nlohmann::json all = without_schedule_folder(to_json(fit_options(entry.options)));
+  all["version"] = version();
+  return all;
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,183 @@
+#include "commands/launched_ranks.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <limits>
+
+#include "base/kernel_cache.hpp"
+#include "console/device_obstacles.hpp"
+#include "console/failure.hpp"
+#include "qjulia/base/error.hpp"
+
+#ifdef QJULIA_MPI
+#include <mpi.h>
+
+#include <chrono>
+#include <numeric>
+#include <thread>
+#endif
+
+namespace qjulia::tools {
+namespace {
+
+/// Whether OpenMPI, MPICH or Slurm started this process: each sets one of these variables.
+bool is_launched() {
+  constexpr std::array kSigns = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMI_RANK", "PMIX_RANK"};
+  return std::ranges::any_of(kSigns, [](const char* name) { return std::getenv(name) != nullptr; });
+}
+
+/// Whether it is a GPU that a better platform shows too.
+bool is_shown_twice(const DeviceInfo& info) { return !info.same_as.empty(); }
+
+#ifdef QJULIA_MPI
+
+/// This rank among those of its machine, or where the launcher does not say, among all.
+std::string launched_rank() {
+  for (const char* name : {"OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "SLURM_LOCALID",
+                           "PMI_RANK", "PMIX_RANK"}) {
+    if (const char* rank = std::getenv(name)) return rank;
+  }
+  return "0";
+}
+
+/// Waits for a request: awake while the others are at most some milliseconds behind, as they are
+/// between the evaluations of a fit; asleep, leaving the core to others, when they take longer.
+void wait_for(MPI_Request& request) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kAwake{20};
+  constexpr std::chrono::milliseconds kNap{5};
+  const auto start = Clock::now();
+  for (;;) {
+    int done = 0;
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+    if (done != 0) return;
+    if (Clock::now() - start < kAwake) {
+      std::this_thread::yield();
+    } else {
+      std::this_thread::sleep_for(kNap);
+    }
+  }
+}
+
+#endif
+
+}  // namespace
+
+int together(Ranks& ranks, const std::function<int()>& work) {
+  int code = kDone;
+  std::exception_ptr failure;
+  try {
+    code = work();
+  } catch (const std::exception& error) {
+    code = exit_code_of(error);
+    failure = std::current_exception();
+  }
+  const auto all = ranks.all_gather({static_cast<double>(code), failure ? 1.0 : 0.0});
+  const auto first = std::ranges::find_if(all, [](const auto& rank) { return rank[1] != 0; });
+  if (failure && first - all.begin() == ranks.rank()) {
+    try {
+      std::rethrow_exception(failure);
+    } catch (const std::exception& error) {
+      say(error);
+    }
+  }
+  for (const Ranks::Numbers& rank : all) code = std::max(code, static_cast<int>(rank[0]));
+  return code;
+}
+
+LaunchedRanks::LaunchedRanks() {
+  if (!is_launched()) return;
+#ifdef QJULIA_MPI
+  // Before message passing starts, since that may look for OpenCL devices too.
+  const auto own = base::kernel_cache().folder / fmt::format("rank-{}", launched_rank());
+  std::error_code ignored;  // PoCL says what is wrong with it
+  std::filesystem::create_directories(own, ignored);
+  ::setenv("POCL_CACHE_DIR", own.c_str(), 1);
+  int provided = 0;
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+  has_joined_ = true;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+  MPI_Comm_size(MPI_COMM_WORLD, &size_);
+  MPI_Comm machine{};
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine);
+  MPI_Comm_rank(machine, &local_rank_);
+  MPI_Comm_size(machine, &local_size_);
+  MPI_Comm_free(&machine);
+#else
+  throw Error(
+      "this program was started by mpirun and was built without MPI; install libopenmpi-dev and "
+      "build it again, or start it without mpirun");
+#endif
+}
+
+LaunchedRanks::~LaunchedRanks() {
+#ifdef QJULIA_MPI
+  if (has_joined_) MPI_Finalize();
+#endif
+}
+
+std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
+  if (!has_joined_) return {mine};
+  std::vector<Numbers> by_rank;
+#ifdef QJULIA_MPI
+  constexpr std::size_t kMost = std::numeric_limits<int>::max();  // MPI counts in int
+  const auto check = [](std::size_t numbers) {
+    if (numbers <= kMost) return;
+    throw Error("the ranks have more than 2^31 numbers for one message; use fewer factors");
+  };
+  check(mine.size());
+  const auto count = static_cast<int>(mine.size());
+  std::vector<int> counts(static_cast<std::size_t>(size_));
+  MPI_Request request{};
+  MPI_Iallgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, MPI_COMM_WORLD, &request);
+  wait_for(request);
+  check(std::accumulate(counts.begin(), counts.end(), std::size_t{0}, [](std::size_t sum, int one) {
+    return sum + static_cast<std::size_t>(one);
+  }));
+  std::vector<int> places(counts.size());
+  std::exclusive_scan(counts.begin(), counts.end(), places.begin(), 0);
+  Numbers all(static_cast<std::size_t>(places.back() + counts.back()));
+  MPI_Iallgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(),
+                  MPI_DOUBLE, MPI_COMM_WORLD, &request);
+  wait_for(request);
+  for (std::size_t r = 0; r < counts.size(); ++r) {
+    const auto first = all.begin() + places[r];
+    by_rank.emplace_back(first, first + counts[r]);
+  }
+#endif
+  return by_rank;
+}
+
+std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoice& wanted) {
+  expect_room_for_drivers();
+  const bool all = wanted.name == "all";
+  const DeviceInfo first = Device::choose({all ? "" : wanted.name, wanted.layout}).info();
+  std::vector<DeviceInfo> shared{first};
+  const bool by_kind = wanted.name.empty() || wanted.name == "gpu" || wanted.name == "cpu";
+  if (all) {
+    shared = list_devices();
+    std::erase_if(shared, is_shown_twice);
+  } else if (by_kind && ranks.local_size() > 1 && std::getenv("QJULIA_DEVICE") == nullptr) {
+    shared = list_devices();
+    std::erase_if(shared, [&](const DeviceInfo& info) {
+      return info.kind != first.kind || is_shown_twice(info);
+    });
+    std::ranges::sort(shared, {}, &DeviceInfo::rank);
+    // Each platform shows the same CPU.
+    if (first.kind == DeviceKind::cpu) shared = {first};
+  }
+  const auto rank = static_cast<std::size_t>(ranks.local_rank());
+  const auto size = static_cast<std::size_t>(ranks.local_size());
+  if (size > shared.size()) return {shared[rank % shared.size()]};
+  std::vector<DeviceInfo> mine;
+  for (std::size_t i = rank; i < shared.size(); i += size) mine.push_back(shared[i]);
+  return mine;
+}
+
+}  // namespace qjulia::tools

@@ -1,0 +1,81 @@
+/// qjulia profile: how fast the kernels run, against the device's own limits.
+
+#include "base/text.hpp"
+#include "commands/profile_commands.hpp"
+#include "describe/setting_option.hpp"
+#include "qjulia/profile/profile_settings.hpp"
+
+namespace qjulia::tools {
+
+const std::vector<std::string_view> kSettingsOfMeasuring = {
+    "sample_points", "factors",    "repeats",    "seed",
+    "lane_width",    "iterations", "time_limit", "precision"};
+const std::vector<std::string_view> kSettingsOfTuning = {"sample_points", "factors", "repeats",
+                                                         "seed", "precision"};
+
+void add_measured(Command command, MeasuredArguments& arguments,
+                  const std::vector<std::string_view>& settings) {
+  for (const std::string_view name : settings) {
+    const auto& setting = setting_named(profile_settings(), name, "profiles");
+    add_setting(command, setting, setting.place(arguments.options));
+  }
+  add_device_to_use(command, arguments.device);
+}
+
+void add_measured_files(Command command, MeasuredArguments& arguments) {
+  command
+      .file("MAP", arguments.map, "",
+            "Map file: measure with its factors, in its box, every kernel that a fit, a surface "
+            "and a picture launch")
+      .offers_files(readable({FileContent::map}));
+  command.file("MESH", arguments.mesh, "", "Mesh that distances are measured to")
+      .offers_files(readable({FileContent::mesh}));
+}
+
+void add_kernels(Command command, MeasuredArguments& arguments) {
+  command.word(
+      "--kernels", "NAMES", [&arguments](const std::string& text) { arguments.kernels = text; },
+      "Only jobs and kernels of these names, with * and ?, several with commas: "
+      "'energy*,gauss*'. '*' is every kernel, also without a map");
+}
+
+std::vector<std::filesystem::path> inputs_of(const MeasuredArguments& arguments) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& file : {arguments.map, arguments.mesh}) {
+    if (!file.empty()) files.emplace_back(file);
+  }
+  return files;
+}
+
+ProfileOptions read_measured(const MeasuredArguments& arguments, Session& session) {
+  ProfileOptions options = arguments.options;
+  if (!arguments.kernels.empty()) options.kernels = base::split(arguments.kernels, ',');
+  options.validate();
+  if (!arguments.map.empty()) options.map = session.read_map(arguments.map);
+  if (!arguments.mesh.empty()) options.mesh = session.read_mesh(arguments.mesh);
+  return options;
+}
+
+void add_profile(CommandLine& program, ChosenCommand& chosen) {
+  program.add_group({"profile",
+                     "Measure the kernels against the device's limits",
+                     R"(Examples:
+  qjulia profile measure                                   every kernel of a fit
+  qjulia profile measure bunny.qjulia.json                 every kernel, at this map's size
+  qjulia profile against old/qjulia                        is this build slower?
+  qjulia profile tune                                      once a device; a minute or two)",
+                     "",
+                     {{"--tune", "tune"},
+                      {"--scaling", "scaling"},
+                      {"--grid", "grid"},
+                      {"--export", "export"},
+                      {"--import", "import"},
+                      {"--against", "against"}}});
+  for (const auto add :
+       {add_profile_measure, add_profile_compare, add_profile_against, add_profile_scaling,
+        add_profile_tune, add_profile_grid, add_profile_export, add_profile_import}) {
+    add(program, chosen);
+  }
+}
+
+}  // namespace qjulia::tools
