@@ -1,7 +1,7 @@
 #pragma once
 /// What it took to build the programs that kernels are in.
 
-namespace qjulia {
+namespace qjulia::base {
 
 struct BuildTotal {
   int compiled = 0;    ///< by drivers, from source
@@ -13,4 +13,4 @@ struct BuildTotal {
 /// All that this process has built so far, for all of its devices.
 BuildTotal build_total();
 
-}  // namespace qjulia
+}  // namespace qjulia::base

@@ -10,7 +10,7 @@
 #include "base/text.hpp"
 #include "qjulia/base/error.hpp"
 
-namespace qjulia {
+namespace qjulia::base {
 namespace {
 
 struct FileType {
@@ -119,4 +119,4 @@ std::string expect_type(const std::filesystem::path& path, FileContent content, 
                                path.string(), extension_list(content, use)));
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::base

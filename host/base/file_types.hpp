@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace qjulia {
+namespace qjulia::base {
 
 enum class FileContent {
   mesh,
@@ -45,4 +45,4 @@ std::string extension_list(FileContent content, FileUse use);
 /// @throws InputError naming the file and the extensions it could have.
 std::string expect_type(const std::filesystem::path& path, FileContent content, FileUse use);
 
-}  // namespace qjulia
+}  // namespace qjulia::base

@@ -8,7 +8,7 @@
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/field.hpp"
 
-namespace qjulia {
+namespace qjulia::check {
 namespace {
 
 constexpr std::size_t kCheckedPoints = 20000;
@@ -75,4 +75,4 @@ LabelCheck compare_precisions(const Device& device, const Map& map, int iteratio
   return check;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::check

@@ -7,7 +7,7 @@
 #include "qjulia/device/device.hpp"
 #include "qjulia/map/map.hpp"
 
-namespace qjulia {
+namespace qjulia::check {
 
 /// Points near a map's surface, and how many of them are inside at one precision only.
 struct LabelCheck {
@@ -22,4 +22,4 @@ struct LabelCheck {
 LabelCheck compare_precisions(const Device& device, const Map& map, int iterations = 6,
                               const std::stop_token& stop = {});
 
-}  // namespace qjulia
+}  // namespace qjulia::check

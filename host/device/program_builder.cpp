@@ -77,21 +77,21 @@ std::optional<StoredProgram> compiled(const cl::Program& built, const cl::Device
 /// What build_total returns.
 class CountedBuilds {
  public:
-  void add(const BuildTotal& more) {
+  void add(const base::BuildTotal& more) {
     const std::lock_guard lock(mutex_);
     total_.compiled += more.compiled;
     total_.loaded += more.loaded;
     total_.replaced += more.replaced;
     total_.seconds += more.seconds;
   }
-  BuildTotal value() const {
+  base::BuildTotal value() const {
     const std::lock_guard lock(mutex_);
     return total_;
   }
 
  private:
   mutable std::mutex mutex_;
-  BuildTotal total_;
+  base::BuildTotal total_;
 };
 
 CountedBuilds& counted_builds() {
@@ -153,7 +153,7 @@ cl::Program ProgramBuilder::build(const cl::Context& context, const cl::Device& 
                                   const std::string& name, const std::string& source,
                                   const std::string& line) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto count = [&](BuildTotal one) {
+  const auto count = [&](base::BuildTotal one) {
     one.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     counted_builds().add(one);
   };
@@ -194,4 +194,4 @@ cl::Program ProgramBuilder::build(const cl::Context& context, const cl::Device& 
 
 }  // namespace qjulia::device
 
-qjulia::BuildTotal qjulia::build_total() { return device::counted_builds().value(); }
+qjulia::base::BuildTotal qjulia::base::build_total() { return device::counted_builds().value(); }

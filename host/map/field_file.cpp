@@ -57,7 +57,8 @@ void put(std::ostream& stream, std::span<const double> values) {
 CellGrid write_field(const Device& device, const Map& map, const SampleOptions& options,
                      const std::filesystem::path& path, const std::string& comment,
                      const ProgressMonitor& monitor) {
-  const bool npy = expect_type(path, FileContent::field, FileUse::write) == ".npy";
+  const bool npy =
+      base::expect_type(path, base::FileContent::field, base::FileUse::write) == ".npy";
   CellGrid grid = sample_grid(device, map, options, monitor.stop);
   base::OutputFile file(path);
   std::ostream& stream = file.stream();

@@ -177,31 +177,31 @@ std::string file_text(const Map& map) {
 
 /// For a file whose name says that it can hold no map: what it is and what reads it. Else empty.
 std::string other_use(const std::filesystem::path& path) {
-  const auto content = content_of(path);
-  if (!content || has_type(path, FileContent::map, FileUse::read)) return {};
+  const auto content = base::content_of(path);
+  if (!content || base::has_type(path, base::FileContent::map, base::FileUse::read)) return {};
   constexpr const char* kForOthers =
       "for other programs, which no command reads; give the map that it was made of";
   switch (*content) {
-    case FileContent::mesh:
-      if (has_type(path, FileContent::mesh, FileUse::read)) {
+    case base::FileContent::mesh:
+      if (base::has_type(path, base::FileContent::mesh, base::FileUse::read)) {
         return "it is a mesh: 'qjulia fit' and 'qjulia shape' make maps of meshes, and "
                "'qjulia info' describes them";
       }
       return fmt::format("it is a mesh {}, or write the mesh as {}", kForOthers,
-                         extension_list(FileContent::mesh, FileUse::read));
-    case FileContent::original_map:
+                         base::extension_list(base::FileContent::mesh, base::FileUse::read));
+    case base::FileContent::original_map:
       return "it is a map of the papers' programs: 'qjulia convert' makes a map file of it";
-    case FileContent::sampled_distance:
+    case base::FileContent::sampled_distance:
       return "it is a distance field of the papers' programs: 'qjulia convert' makes a mesh of it";
-    case FileContent::manifest:
+    case base::FileContent::manifest:
       return "it is a manifest or a schedule: 'qjulia batch run' reads manifests";
-    case FileContent::field:
-    case FileContent::volume:
-    case FileContent::formula:
+    case base::FileContent::field:
+    case base::FileContent::volume:
+    case base::FileContent::formula:
       return fmt::format("it is a {} {}", to_string(*content), kForOthers);
-    case FileContent::map:
-    case FileContent::picture:
-    case FileContent::report:
+    case base::FileContent::map:
+    case base::FileContent::picture:
+    case base::FileContent::report:
       break;  // some of them hold maps
   }
   return {};

@@ -107,13 +107,13 @@ std::string packed_text(std::string_view text) {
 }
 
 bool is_map_carrier(const std::filesystem::path& path) {
-  const std::string extension = extension_of(path);
+  const std::string extension = base::extension_of(path);
   return extension == ".png" || extension == ".glb";
 }
 
 std::optional<std::string> packed_text_in(const std::filesystem::path& path,
                                           const std::stop_token& stop) {
-  const bool is_picture = extension_of(path) == ".png";
+  const bool is_picture = base::extension_of(path) == ".png";
   base::InputFile file(path, is_picture ? "picture" : "scene",
                        std::numeric_limits<std::uint64_t>::max(), stop);
   return is_picture ? packed_in_png(file) : packed_in_glb(file);

@@ -193,11 +193,12 @@ void MeshFile::refuse_type(std::string_view what) const {
     refuse(
         fmt::format("it seems to be {}; rename it so that its name ends in {}", name, extension));
   }
-  refuse(fmt::format("it seems to be {}{}", name,
-                     name.find(';') != std::string_view::npos
-                         ? ""
-                         : fmt::format("; export a mesh as {}",
-                                       extension_list(FileContent::mesh, FileUse::read))));
+  refuse(fmt::format(
+      "it seems to be {}{}", name,
+      name.find(';') != std::string_view::npos
+          ? ""
+          : fmt::format("; export a mesh as {}",
+                        base::extension_list(base::FileContent::mesh, base::FileUse::read))));
 }
 
 void MeshFile::poll() const { throw_if_stopped(stop_); }

@@ -218,7 +218,8 @@ constexpr const char* kNoArea =
 
 /// The mesh, and a report of what was left out on the way.
 InspectedMesh read(const std::filesystem::path& path, const std::stop_token& stop) {
-  const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
+  const std::string extension =
+      base::expect_type(path, base::FileContent::mesh, base::FileUse::read);
   return within_memory(path, [&] {
     MeshReport found;
     const MeshFile file(path, extension, stop);
@@ -278,7 +279,8 @@ InspectedMesh as_if_read(const TriangleMesh& mesh, const std::stop_token& stop) 
 
 PaintedMesh read_painted_mesh(const std::filesystem::path& path, const std::string& property,
                               std::stop_token stop) {
-  const std::string extension = expect_type(path, FileContent::mesh, FileUse::read);
+  const std::string extension =
+      base::expect_type(path, base::FileContent::mesh, base::FileUse::read);
   if (extension != ".ply" && extension != ".obj") {
     throw InputError(
         fmt::format("cannot paint by '{}': only .ply and .obj files hold colors", path.string()));

@@ -123,21 +123,22 @@ void MeshFileOptions::validate() const {
 }
 
 std::optional<UpAxis> format_up(const std::filesystem::path& path) {
-  const std::string extension = extension_of(path);
+  const std::string extension = base::extension_of(path);
   if (extension == ".glb" || extension == ".gltf" || extension == ".usda") return UpAxis::y;
   if (extension == ".stl" || extension == ".3mf") return UpAxis::z;
   return {};
 }
 
 bool holds_colors(const std::filesystem::path& path) {
-  const std::string extension = extension_of(path);
+  const std::string extension = base::extension_of(path);
   return extension == ".ply" || extension == ".obj" || extension == ".glb" || extension == ".3mf" ||
          extension == ".usda";
 }
 
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const MeshFileOptions& given) {
-  const std::string extension = expect_type(path, FileContent::mesh, FileUse::write);
+  const std::string extension =
+      base::expect_type(path, base::FileContent::mesh, base::FileUse::write);
   mesh.validate();
   given.validate();
   MeshFileOptions options = given;

@@ -13,7 +13,7 @@
 #include "base/input_file.hpp"
 #include "qjulia/base/error.hpp"
 
-namespace qjulia {
+namespace qjulia::original {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "as in the files");
@@ -215,12 +215,12 @@ SampledDistance sampled_distance_from_bytes(std::string_view bytes, const std::s
 
 Map read_original(const std::filesystem::path& path) {
   const std::string bytes = bytes_of(path, "original map");
-  return extension_of(path) == ".poly4d" ? polynomial_from_bytes(bytes, path.string())
-                                         : original_from_bytes(bytes, path.string());
+  return base::extension_of(path) == ".poly4d" ? polynomial_from_bytes(bytes, path.string())
+                                               : original_from_bytes(bytes, path.string());
 }
 
 SampledDistance read_sampled_distance(const std::filesystem::path& path) {
   return sampled_distance_from_bytes(bytes_of(path, "distance field"), path.string());
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::original

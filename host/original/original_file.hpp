@@ -13,7 +13,7 @@
 #include "qjulia/map/map.hpp"
 #include "qjulia/mesh/mesh.hpp"
 
-namespace qjulia {
+namespace qjulia::original {
 
 /// The map of an .o3d or .poly4d file. The latter is a polynomial alone, Π (q − root)^(scalar ·
 /// power) with S = 0; an .o3d file's is T·B⁻¹: top factors in order, then bottom factors in reverse
@@ -50,4 +50,4 @@ std::vector<Portal> read_portal_text(const std::filesystem::path& path, const Sh
 std::vector<Portal> portals_from_text(std::string_view text, const std::string& source,
                                       const ShapeToMap& to_map);
 
-}  // namespace qjulia
+}  // namespace qjulia::original

@@ -11,7 +11,7 @@
 #include "original/original_file.hpp"
 #include "qjulia/base/error.hpp"
 
-namespace qjulia {
+namespace qjulia::original {
 namespace {
 
 constexpr const char* kBlanks = " \t\r";
@@ -106,4 +106,4 @@ std::vector<Portal> read_portal_text(const std::filesystem::path& path, const Sh
   return portals_from_text(text, path.string(), to_map);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::original

@@ -7,7 +7,7 @@
 #include "qjulia/surface/surface.hpp"
 #include "surface/marching_cubes.hpp"
 
-namespace qjulia {
+namespace qjulia::original {
 namespace {
 
 void check(const SampledDistance& distance) {
@@ -55,4 +55,4 @@ TriangleMesh mesh_of(const SampledDistance& distance) {
   return std::move(sink.mesh);
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::original

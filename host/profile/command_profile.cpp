@@ -13,9 +13,8 @@
 #include "profile/roof.hpp"
 #include "profile/worker_clock.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 
-using namespace profiling;
 namespace {
 
 using Span = std::pair<std::int64_t, std::int64_t>;  ///< nanoseconds, from … to
@@ -304,4 +303,4 @@ std::string to_text(const CommandProfile& profile) {
   return text;
 }
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

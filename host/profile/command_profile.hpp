@@ -14,7 +14,7 @@
 #include "qjulia/base/trace.hpp"
 #include "qjulia/device/device.hpp"
 
-namespace qjulia {
+namespace qjulia::profiling {
 
 /// What all launches of one kernel had to do. Slots and bytes are 0 where they are not known.
 struct KernelWork {
@@ -137,4 +137,4 @@ nlohmann::json to_json(const CommandProfile& profile);
 /// A table for people, lines without an end of line after the last.
 std::string to_text(const CommandProfile& profile);
 
-}  // namespace qjulia
+}  // namespace qjulia::profiling

@@ -132,15 +132,17 @@ TEST_CASE("reports of nothing, and of impossible times, are written") {
   CHECK_FALSE(SelfTestReport{}.has_passed());
   CHECK(to_json(GridReport{}).is_object());
   accepts("to_csv", [] { to_csv(GridReport{}); });
-  const LaunchCounter counter;
-  const CommandProfile nothing = command_profile({}, Trace(), counter.work(), {}, kNan);
+  const profiling::LaunchCounter counter;
+  const profiling::CommandProfile nothing =
+      profiling::command_profile({}, Trace(), counter.work(), {}, kNan);
   CHECK(to_json(nothing).is_object());
   CHECK_FALSE(to_text(nothing).empty());
-  CHECK(measure_roofs(hostile_device()).fma_per_second > 0);
-  CommandMeasure measure = CommandMeter(hostile_device()).finish({});
+  CHECK(profiling::measure_roofs(hostile_device()).fma_per_second > 0);
+  profiling::CommandMeasure measure = profiling::CommandMeter(hostile_device()).finish({});
   measure.cpu = {{7, 1}, {-7, kNan}};
   measure.fma_per_second_before = -1;
-  CHECK_FALSE(to_text(command_profile({}, Trace(), counter.work(), measure, -1)).empty());
+  CHECK_FALSE(
+      to_text(profiling::command_profile({}, Trace(), counter.work(), measure, -1)).empty());
 }
 
 TEST_CASE("who watches hears what is reported, and a stop ends what runs") {

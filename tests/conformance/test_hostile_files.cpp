@@ -26,22 +26,22 @@ TEST_CASE("files that hold something else are refused") {
       refuses("read_and_inspect_mesh", [&] { read_and_inspect_mesh(file); });
       refuses("read_painted_mesh", [&] { read_painted_mesh(file, "a\xff"); });
       refuses("read_map", [&] { read_map(file); });
-      refuses("read_original", [&] { read_original(file); });
-      refuses("read_sampled_distance", [&] { read_sampled_distance(file); });
-      refuses("read_portal_text", [&] { read_portal_text(file, {}); });
-      const std::string type = extension_of(file);
+      refuses("read_original", [&] { original::read_original(file); });
+      refuses("read_sampled_distance", [&] { original::read_sampled_distance(file); });
+      refuses("read_portal_text", [&] { original::read_portal_text(file, {}); });
+      const std::string type = base::extension_of(file);
       CHECK(type == (file == path ? extension : ""));
-      const bool is_mesh = content_of(file) == FileContent::mesh;
+      const bool is_mesh = base::content_of(file) == base::FileContent::mesh;
       CHECK((!format_up(file) || is_mesh));
       CHECK((!holds_colors(file) || is_mesh));
-      const auto maps = extensions(FileContent::map, FileUse::read);
-      CHECK(has_type(file, FileContent::map, FileUse::read) ==
+      const auto maps = base::extensions(base::FileContent::map, base::FileUse::read);
+      CHECK(base::has_type(file, base::FileContent::map, base::FileUse::read) ==
             (std::ranges::find(maps, type) != maps.end()));
       // A picture and a scene may hold a map, so that they are read.
       takes(type != ".png" && type != ".glb", "holds_map", "cannot read",
             [&] { return !holds_map(file) || type == ".json"; });
       takes(type == ".png", "expect_type", "its name must end in .png",
-            [&] { expect_type(file, FileContent::picture, FileUse::write); });
+            [&] { base::expect_type(file, base::FileContent::picture, base::FileUse::write); });
     }
   }
 }
@@ -50,10 +50,11 @@ TEST_CASE("texts that say something else are refused") {
   for (const std::string& text : kHostileTexts) {
     CAPTURE(text);
     const auto refused = [](const char* function, const auto& call) { refuses(function, call); };
-    refused("original_from_bytes", [&] { original_from_bytes(text, "a text"); });
-    refused("polynomial_from_bytes", [&] { polynomial_from_bytes(text, "a text"); });
-    refused("sampled_distance_from_bytes", [&] { sampled_distance_from_bytes(text, "a text"); });
-    refused("portals_from_text", [&] { portals_from_text(text, "a text", {}); });
+    refused("original_from_bytes", [&] { original::original_from_bytes(text, "a text"); });
+    refused("polynomial_from_bytes", [&] { original::polynomial_from_bytes(text, "a text"); });
+    refused("sampled_distance_from_bytes",
+            [&] { original::sampled_distance_from_bytes(text, "a text"); });
+    refused("portals_from_text", [&] { original::portals_from_text(text, "a text", {}); });
     refused("schedule_text", [&] { schedule_text(text); });
     refused("knob_named", [&] { knob_named(text); });
     refused("picture_setting_named", [&] { picture_setting_named(text); });
@@ -88,8 +89,8 @@ TEST_CASE("texts that say something else are refused") {
                             RigName::dusk, RigName::museum}) {
     CHECK_FALSE(rig_named(rig).lamps.empty());
   }
-  for (const FileUse use : {FileUse::read, FileUse::write}) {
-    CHECK_FALSE(extension_list(FileContent::map, use).empty());
+  for (const base::FileUse use : {base::FileUse::read, base::FileUse::write}) {
+    CHECK_FALSE(base::extension_list(base::FileContent::map, use).empty());
   }
 }
 

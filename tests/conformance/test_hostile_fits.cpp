@@ -154,7 +154,7 @@ TEST_CASE("hostile numbers of paint and portals are refused by name") {
       CHECK_FALSE(setting.values_text().empty());
     }
     takes(std::isfinite(x), "portals_from_text", "is not finite", [&] {
-      const auto portals = portals_from_text(
+      const auto portals = original::portals_from_text(
           "Portals radius: 1\nPortals scale: 2\nPortal location: 1 2 3\n", "a text", {x, v});
       return portals.size() == 1;
     });

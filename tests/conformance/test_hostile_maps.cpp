@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <set>
 
-#include "distance_map.hpp"
 #include "check/label_check.hpp"
+#include "distance_map.hpp"
 #include "hostile.hpp"
 #include "qjulia/map/opencl.hpp"
 #include "shapes.hpp"
@@ -219,7 +219,7 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
   use("with_longest_side", Has::scale,
       [&] { return longest_side(with_longest_side(map, 10)) == Catch::Approx(10); });
   use("longest_side", Has::shape, [&] { return is_positive(longest_side(map)); });
-  use("compare_precisions", Has::surface, [&] { compare_precisions(map_device(), map, 2); });
+  use("compare_precisions", Has::surface, [&] { check::compare_precisions(map_device(), map, 2); });
   use("to_json", Has::nothing,
       [&] { return to_json(map_from_json(to_json(map), "a map")) == to_json(map); });
   use("write_map", Has::nothing, [&] {
@@ -365,7 +365,7 @@ TEST_CASE("numbers of iterations out of range are refused by name") {
     refused("escape_counts_at", [&] { field.escape_counts_at(points, n); });
     refused("gradient_at", [&] { field.gradient_at(points, n); });
     refused("Energy", [&] { Energy(map_device(), map, samples, with(EnergyOptions{}, n)); });
-    refused("compare_precisions", [&] { compare_precisions(map_device(), map, n); });
+    refused("compare_precisions", [&] { check::compare_precisions(map_device(), map, n); });
     refused("sample_grid", [&] { sample_grid(map_device(), map, with(small_sample(), n)); });
     refused("extract_surface", [&] { extract_surface(map_device(), map, {.iterations = n}); });
     refused("has_points", [&] { has_points(map_device(), map, {.iterations = n}); });

@@ -94,13 +94,14 @@ TEST_CASE("hostile resolutions of surfaces and samples are refused by name") {
     takes(is_within(n, 8, 1024), "CompareOptions", "resolution",
           [&] { with(small_compare()).validate(); });
     refuses("mesh_of", "the distance field has 3 values", [&] {
-      mesh_of({.samples = {n, n, n}, .values = {1, 2, 3}});
+      original::mesh_of({.samples = {n, n, n}, .values = {1, 2, 3}});
     });
   }
   for (const double x : kHostileNumbers) {
     const Eigen::Vector3d v(x, 0, 0);
     refuses("mesh_of", "the distance field's box has no size, or is not finite", [&] {
-      mesh_of({.samples = {2, 2, 2}, .center = v, .lengths = v, .values = std::vector(8, 1.0)});
+      original::mesh_of(
+          {.samples = {2, 2, 2}, .center = v, .lengths = v, .values = std::vector(8, 1.0)});
     });
   }
 }

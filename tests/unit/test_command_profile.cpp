@@ -12,6 +12,7 @@
 #include "profile/worker_clock.hpp"
 
 using namespace qjulia;
+using namespace qjulia::profiling;
 using namespace std::chrono_literals;
 using Catch::Matchers::ContainsSubstring;
 
@@ -117,15 +118,15 @@ TEST_CASE(
 }
 
 TEST_CASE("no share is above 1") {
-  const auto shown = [](const char* limit, bool at_most, const profiling::Interval& shares) {
-    return profiling::judged(limit, at_most, shares, false);
+  const auto shown = [](const char* limit, bool at_most, const Interval& shares) {
+    return judged(limit, at_most, shares, false);
   };
   CHECK(shown("memory", false, {1.4, 1.5, 1.6}).verdict == "cached");
   CHECK(shown("fma", true, {1.4, 1.5, 1.6}).verdict == "ends early");
   CHECK(shown("fma", false, {1.4, 1.5, 1.6}).verdict == "not now");
   CHECK(shown("fma", false, {0.5, 0.6, 0.7}).verdict == "not now");
   CHECK(shown("fma", false, {0.5, std::nan(""), std::nan("")}).verdict == "not now");
-  const profiling::JudgedShare full = shown("fma", false, {0.97, 1.02, 1.05});
+  const JudgedShare full = shown("fma", false, {0.97, 1.02, 1.05});
   CHECK(full.verdict == "judged");
   CHECK(full.share == 1);
   CHECK(full.low == 0.97);
@@ -135,13 +136,12 @@ TEST_CASE("no share is above 1") {
 
 TEST_CASE("CPU seconds between two samples are divided among the kernels that ran then") {
   const auto at = [](std::chrono::milliseconds time) { return kBegin + time; };
-  const std::vector<profiling::KernelSpan> kernels{{at(10ms), 20ms}, {at(30ms), 10ms},
-                                                   {at(60ms), 30ms}, {at(65ms), 5ms},
-                                                   {at(200ms), 2ms}, {at(220ms), 9ms}};
-  const std::vector<profiling::CpuSample> samples{
-      {at(0ms), 1},      {at(20ms), 1.02},  {at(40ms), 1.05}, {at(55ms), 1.06},
-      {at(100ms), 1.13}, {at(199ms), 1.13}, {at(210ms), 1.15}};
-  const std::vector<double> seconds = profiling::cpu_seconds_of(kernels, samples, 2);
+  const std::vector<KernelSpan> kernels{{at(10ms), 20ms}, {at(30ms), 10ms}, {at(60ms), 30ms},
+                                        {at(65ms), 5ms},  {at(200ms), 2ms}, {at(220ms), 9ms}};
+  const std::vector<CpuSample> samples{{at(0ms), 1},     {at(20ms), 1.02},  {at(40ms), 1.05},
+                                       {at(55ms), 1.06}, {at(100ms), 1.13}, {at(199ms), 1.13},
+                                       {at(210ms), 1.15}};
+  const std::vector<double> seconds = cpu_seconds_of(kernels, samples, 2);
   REQUIRE(seconds.size() == 6);
   CHECK(seconds[0] == Catch::Approx(0.02 + 0.015));
   CHECK(seconds[1] == Catch::Approx(0.015));
@@ -149,11 +149,10 @@ TEST_CASE("CPU seconds between two samples are divided among the kernels that ra
   CHECK(seconds[3] == Catch::Approx(0.07 * 5 / 35));
   CHECK(seconds[4] == Catch::Approx(0.004));  // two processors; the driver used the rest
   CHECK(seconds[5] == 0);                     // after the last sample
-  CHECK(profiling::cpu_seconds_of(kernels, {}, 2) == std::vector<double>(6, 0));
+  CHECK(cpu_seconds_of(kernels, {}, 2) == std::vector<double>(6, 0));
 }
 
 TEST_CASE("an interval of runs holds the median that they scatter about") {
-  using profiling::interval_of_median;
   const auto few = interval_of_median({3, 1, 2, 9});
   CHECK(few.low == 1);
   CHECK(few.middle == Catch::Approx(std::sqrt(6)));
@@ -175,7 +174,7 @@ TEST_CASE("an interval of runs holds the median that they scatter about") {
       const auto interval = interval_of_median(values);
       held += interval.low <= 1 && 1 <= interval.high ? 1 : 0;
     }
-    CHECK(held >= (profiling::kIntervalConfidence - 0.02) * kTrials);
+    CHECK(held >= (kIntervalConfidence - 0.02) * kTrials);
   }
 }
 
@@ -189,8 +188,8 @@ TEST_CASE("kernels that run beside each other are the device's time once") {
 }
 
 TEST_CASE("patterns choose kernels by name") {
-  CHECK(profiling::fits_any("energy_terms", {"gauss*", "energy*"}));
-  CHECK(profiling::fits_any("energy", {"energ?"}));
-  CHECK_FALSE(profiling::fits_any("energy", {"energ", "energy?", "nergy", ""}));
-  CHECK(profiling::fits_any("anything", {"*"}));
+  CHECK(fits_any("energy_terms", {"gauss*", "energy*"}));
+  CHECK(fits_any("energy", {"energ?"}));
+  CHECK_FALSE(fits_any("energy", {"energ", "energy?", "nergy", ""}));
+  CHECK(fits_any("anything", {"*"}));
 }

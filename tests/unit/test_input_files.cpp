@@ -134,20 +134,20 @@ TEST_CASE("brackets of JSON are counted where they are no text") {
 }
 
 TEST_CASE("one table says what a file is by its extension, in any case") {
-  CHECK(extension_of("a/B.GLB") == ".glb");
-  CHECK(extension_of("none").empty());
+  CHECK(base::extension_of("a/B.GLB") == ".glb");
+  CHECK(base::extension_of("none").empty());
   for (const char* name : {"m.obj", "m.OFF", "m.Ply", "m.STL", "m.GLB"}) {
-    CHECK(has_type(name, FileContent::mesh, FileUse::read));
-    CHECK(has_type(name, FileContent::mesh, FileUse::write));
+    CHECK(base::has_type(name, base::FileContent::mesh, base::FileUse::read));
+    CHECK(base::has_type(name, base::FileContent::mesh, base::FileUse::write));
   }
-  CHECK(has_type("m.3MF", FileContent::mesh, FileUse::read));
-  CHECK_FALSE(has_type("m.gltf", FileContent::mesh, FileUse::write));
-  CHECK(has_type("m.O3D", FileContent::original_map, FileUse::read));
-  CHECK(extension_list(FileContent::mesh, FileUse::read) ==
+  CHECK(base::has_type("m.3MF", base::FileContent::mesh, base::FileUse::read));
+  CHECK_FALSE(base::has_type("m.gltf", base::FileContent::mesh, base::FileUse::write));
+  CHECK(base::has_type("m.O3D", base::FileContent::original_map, base::FileUse::read));
+  CHECK(base::extension_list(base::FileContent::mesh, base::FileUse::read) ==
         ".obj, .off, .ply, .stl, .glb, .gltf or .3mf");
-  CHECK(extension_list(FileContent::field, FileUse::write) == ".npy or .vti");
-  CHECK(expect_type("m.NPY", FileContent::field, FileUse::write) == ".npy");
-  CHECK_THROWS_WITH(expect_type("m.gif", FileContent::picture, FileUse::write),
+  CHECK(base::extension_list(base::FileContent::field, base::FileUse::write) == ".npy or .vti");
+  CHECK(base::expect_type("m.NPY", base::FileContent::field, base::FileUse::write) == ".npy");
+  CHECK_THROWS_WITH(base::expect_type("m.gif", base::FileContent::picture, base::FileUse::write),
                     ContainsSubstring("cannot write picture 'm.gif': its name must end in .png"));
 }
 

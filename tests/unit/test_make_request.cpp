@@ -82,7 +82,7 @@ TEST_CASE("what cannot be used is named, with what to give") {
   CHECK_THROWS_WITH(read_view({{"zoom", "far"}}), "zoom: 'far' cannot be used; give a number");
   CHECK_THROWS_WITH(read_view({{"order-seed", "-1"}}),
                     ContainsSubstring("give a whole number that is not"));
-  for (const std::string& type : extensions(FileContent::mesh, FileUse::write)) {
+  for (const std::string& type : base::extensions(base::FileContent::mesh, base::FileUse::write)) {
     CHECK(read_make({{"make", type.substr(1)}}).extension == type);
     CHECK_THROWS_WITH(read_make({{"make", "jpg"}}), ContainsSubstring("make: give one of") &&
                                                         ContainsSubstring(type.substr(1) + ","));

@@ -14,7 +14,7 @@ using test::small_original;
 
 namespace {
 
-Map read(const std::string& bytes) { return original_from_bytes(bytes, "some.o3d"); }
+Map read(const std::string& bytes) { return original::original_from_bytes(bytes, "some.o3d"); }
 
 void check_refused(const std::string& bytes, const std::string& word) {
   CAPTURE(bytes.size(), word);
@@ -118,7 +118,7 @@ TEST_CASE("a .poly4d file is one polynomial") {
   test::Bytes bytes;
   put(bytes, original.top);
   const auto polynomial = [](const std::string& text) {
-    return polynomial_from_bytes(text, "some.poly4d");
+    return original::polynomial_from_bytes(text, "some.poly4d");
   };
   const Map map = polynomial(bytes.text());
   REQUIRE(map.dynamics.factors.size() == 3);
@@ -151,12 +151,12 @@ TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says")
     }
   }
   const auto field = [](const std::string& text) {
-    return sampled_distance_from_bytes(text, "some.f3d");
+    return original::sampled_distance_from_bytes(text, "some.f3d");
   };
-  const SampledDistance distance = field(bytes.text());
+  const original::SampledDistance distance = field(bytes.text());
   CHECK(distance.samples == samples);
   CHECK(distance.center == center);
-  const TriangleMesh mesh = mesh_of(distance);
+  const TriangleMesh mesh = original::mesh_of(distance);
   CHECK(inspect(mesh).closed());
   CHECK(signed_volume(mesh) == Catch::Approx(4.0 / 3 * 3.14159265 * 0.512).epsilon(0.01));
   double worst = 0;
@@ -180,22 +180,22 @@ TEST_CASE("an .f3d file is a field, and a mesh of it lies where the field says")
         field(std::string(whole).replace(offset, 8, nan)),
         Catch::Matchers::ContainsSubstring(offset < 36 ? "its centre" : "its lengths"));
   }
-  SampledDistance filled = distance;
+  original::SampledDistance filled = distance;
   for (double& d : filled.values) d = -1;
-  CHECK_THROWS_WITH(mesh_of(filled), Catch::Matchers::ContainsSubstring("faces") ||
-                                         Catch::Matchers::ContainsSubstring("inside"));
+  CHECK_THROWS_WITH(original::mesh_of(filled), Catch::Matchers::ContainsSubstring("faces") ||
+                                                   Catch::Matchers::ContainsSubstring("inside"));
   for (double& d : filled.values) d = 1;
-  CHECK_THROWS_WITH(mesh_of(filled), Catch::Matchers::ContainsSubstring("inside"));
-  SampledDistance cut = distance;
+  CHECK_THROWS_WITH(original::mesh_of(filled), Catch::Matchers::ContainsSubstring("inside"));
+  original::SampledDistance cut = distance;
   for (std::size_t i = 0; i < 24 * 20 * 8; ++i) cut.values[24 * 20 * 10 - 1 - i] = -1;
   cut.values[0] = -1;
-  CHECK_THROWS_WITH(mesh_of(cut), Catch::Matchers::ContainsSubstring("faces"));
+  CHECK_THROWS_WITH(original::mesh_of(cut), Catch::Matchers::ContainsSubstring("faces"));
 }
 
 TEST_CASE("portals of a text file are in the map's coordinates") {
   const ShapeToMap to_map{3, {0.1, 0.2, 0.3}};
   const auto portals = [&](const std::string& text) {
-    return portals_from_text(text, "some.txt", to_map);
+    return original::portals_from_text(text, "some.txt", to_map);
   };
   const std::string head = "Portals radius: 0.2\r\nPortals scale: 4\n\n";
   const auto found = portals(head +

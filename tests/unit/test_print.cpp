@@ -30,7 +30,7 @@ void check_solid(const TriangleMesh& mesh) {
 /// The surface where `distance` is 0, in a cube about the origin.
 TriangleMesh solid_of(int samples, double side,
                       const std::function<double(const Eigen::Vector3d&)>& distance) {
-  SampledDistance field;
+  original::SampledDistance field;
   field.samples = {samples, samples, samples};
   field.lengths = Eigen::Vector3d::Constant(side);
   const auto at = [&](int i) { return side * ((i + 0.5) / samples - 0.5); };
@@ -41,7 +41,7 @@ TriangleMesh solid_of(int samples, double side,
       }
     }
   }
-  return mesh_of(field);
+  return original::mesh_of(field);
 }
 
 /// A ball of radius 3 about the origin with a thin plate through its middle, 12 wide.

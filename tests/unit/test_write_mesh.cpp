@@ -94,7 +94,8 @@ TEST_CASE("every format is written and read back") {
 }
 
 TEST_CASE("every type of the table is written") {
-  for (const std::string& extension : extensions(FileContent::mesh, FileUse::write)) {
+  for (const std::string& extension :
+       base::extensions(base::FileContent::mesh, base::FileUse::write)) {
     CAPTURE(extension);
     const auto path = written_folder.path() / ("every" + extension);
     write_mesh(shapes::torus(1, 0.35, 24, 12), path);

@@ -78,7 +78,8 @@ std::vector<std::filesystem::path> find_meshes(const std::filesystem::path& fold
   }
   ::globfree(&matches);
   std::erase_if(found, [](const std::filesystem::path& path) {
-    return !has_type(path, FileContent::mesh, FileUse::read) || is_other_than_file(path);
+    return !base::has_type(path, base::FileContent::mesh, base::FileUse::read) ||
+           is_other_than_file(path);
   });
   std::ranges::sort(found);
   return found;
@@ -273,12 +274,12 @@ class Reader {
                                           const char* what) {
     const auto type = node.value<std::string>();
     const std::filesystem::path file = "surface." + type.value_or("");
-    const bool is_known = has_type(file, FileContent::mesh, FileUse::write) ||
-                          has_type(file, FileContent::volume, FileUse::write);
-    if (type && is_known) return extension_of(file);
+    const bool is_known = base::has_type(file, base::FileContent::mesh, base::FileUse::write) ||
+                          base::has_type(file, base::FileContent::volume, base::FileUse::write);
+    if (type && is_known) return base::extension_of(file);
     std::string types;
-    for (const FileContent content : {FileContent::mesh, FileContent::volume}) {
-      for (const std::string& extension : extensions(content, FileUse::write)) {
+    for (const base::FileContent content : {base::FileContent::mesh, base::FileContent::volume}) {
+      for (const std::string& extension : base::extensions(content, base::FileUse::write)) {
         types += fmt::format("{}\"{}\"", types.empty() ? "" : ", ", extension.substr(1));
       }
     }
@@ -421,9 +422,9 @@ class Reader {
 
   /// Why this cannot be a mesh; empty when it can.
   std::string mesh_problem(const std::filesystem::path& mesh) const {
-    if (!has_type(mesh, FileContent::mesh, FileUse::read)) {
+    if (!base::has_type(mesh, base::FileContent::mesh, base::FileUse::read)) {
       return fmt::format("mesh '{}' must be a file whose name ends in {}", mesh.string(),
-                         extension_list(FileContent::mesh, FileUse::read));
+                         base::extension_list(base::FileContent::mesh, base::FileUse::read));
     }
     if (is_other_than_file(mesh)) {
       return fmt::format("mesh '{}' is a folder, pipe or device; give a regular file",

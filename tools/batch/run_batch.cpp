@@ -59,9 +59,9 @@ void remove_earlier_files(const Manifest& manifest, const BatchEntry& entry,
                           const std::vector<std::string>& earlier,
                           const std::vector<std::string>& now) {
   for (const std::string& name : earlier) {
-    const std::string extension = extension_of(name);
+    const std::string extension = base::extension_of(name);
     const bool is_beside_map =
-        extension == ".png" || has_type(name, FileContent::mesh, FileUse::write);
+        extension == ".png" || base::has_type(name, base::FileContent::mesh, base::FileUse::write);
     const bool is_own =
         name == entry.name + ".report.html" || (is_beside_map && name == entry.name + extension);
     if (!is_own || std::ranges::find(now, name) != now.end()) continue;

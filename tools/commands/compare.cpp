@@ -119,11 +119,12 @@ void describe_compare(Command command, CompareArguments& a) {
   a.view.width = 640;
   a.view.height = 480;
   command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command
       .input("MESH", a.mesh,
-             "The mesh it was fitted to: " + extension_list(FileContent::mesh, FileUse::read))
-      .offers_files(readable({FileContent::mesh}));
+             "The mesh it was fitted to: " +
+                 base::extension_list(base::FileContent::mesh, base::FileUse::read))
+      .offers_files(readable({base::FileContent::mesh}));
   for (const char* name : {"resolution", "limbs"}) {
     const auto& setting = setting_named(compare_settings(), name, "comparisons");
     add_setting(command, setting, setting.place(a.options));

@@ -35,16 +35,16 @@ struct ConvertArguments {
 };
 
 bool is_original_file(const std::string& file) {
-  return has_type(file, FileContent::original_map, FileUse::read);
+  return base::has_type(file, base::FileContent::original_map, base::FileUse::read);
 }
 
 Map read_any(const std::string& file, const std::stop_token& stop) {
-  return is_original_file(file) ? read_original(file) : read_map(file, stop);
+  return is_original_file(file) ? original::read_original(file) : read_map(file, stop);
 }
 
 /// Whether a distance field is to become a mesh.
 bool is_of_field(const ConvertArguments& arguments) {
-  return has_type(arguments.input, FileContent::sampled_distance, FileUse::read);
+  return base::has_type(arguments.input, base::FileContent::sampled_distance, base::FileUse::read);
 }
 
 /// A distance field in, a mesh out.
@@ -54,11 +54,12 @@ Plan plan_field(const ConvertArguments& arguments) {
     throw InputError("options change maps, and a distance field becomes a mesh: give none");
   }
   return {{arguments.input},
-          {output_named("OUT", arguments.output, extensions(FileContent::mesh, FileUse::write))}};
+          {output_named("OUT", arguments.output,
+                        base::extensions(base::FileContent::mesh, base::FileUse::write))}};
 }
 
 int run_field(const ConvertArguments& arguments, Session& session) {
-  const TriangleMesh mesh = mesh_of(read_sampled_distance(arguments.input));
+  const TriangleMesh mesh = original::mesh_of(original::read_sampled_distance(arguments.input));
   write_mesh(mesh, arguments.output.path);
   session.console.summary(
       fmt::format("{} triangles\nmesh: {}\nnext: qjulia shape {} -o map.qjulia.json",
@@ -69,7 +70,7 @@ int run_field(const ConvertArguments& arguments, Session& session) {
 
 /// What a map may become.
 std::vector<std::string> map_outputs() {
-  auto types = extensions(FileContent::formula, FileUse::write);
+  auto types = base::extensions(base::FileContent::formula, base::FileUse::write);
   types.insert(types.begin(), ".json");
   return types;
 }
@@ -130,7 +131,7 @@ Refit refit(Map& map, int most_factors, const Device& device, Session& session) 
 }
 
 formula::Program program_of(const std::string& path) {
-  const std::string extension = extension_of(path);
+  const std::string extension = base::extension_of(path);
   if (extension == ".frag") return formula::Program::fragmentarium;
   return extension == ".fract" ? formula::Program::mandelbulber : formula::Program::shadertoy;
 }
@@ -165,7 +166,7 @@ int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session
     map = with_knobs(device(), map, arguments.map_options, arguments.input);
   }
   if (!arguments.portals.empty()) {
-    map.layers.portals = read_portal_text(arguments.portals, map.frame.shape_to_map);
+    map.layers.portals = original::read_portal_text(arguments.portals, map.frame.shape_to_map);
   }
   if (arguments.up) map.frame.up = arguments.up;
   Refit refitted;
@@ -175,7 +176,7 @@ int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session
           fmt::format("--factors-at-most: '{}' is a {} map, which has no factors to fit",
                       arguments.input, map.dynamics.kind()));
     }
-    if (has_type(arguments.output.path, FileContent::formula, FileUse::write)) {
+    if (base::has_type(arguments.output.path, base::FileContent::formula, base::FileUse::write)) {
       Map few = map;
       few.dynamics.factors.resize(std::min<std::size_t>(
           few.dynamics.factors.size(), static_cast<std::size_t>(*arguments.most_factors)));
@@ -183,7 +184,7 @@ int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session
     }
     refitted = refit(map, *arguments.most_factors, device(), session);
   }
-  if (has_type(arguments.output.path, FileContent::formula, FileUse::write)) {
+  if (base::has_type(arguments.output.path, base::FileContent::formula, base::FileUse::write)) {
     formula::expect_formula(map, program_of(arguments.output.path));
     write_formula(map, refitted, device(), arguments, session);
     session.report_kernels(*opened);
@@ -207,12 +208,12 @@ void describe_convert(Command command, ConvertArguments& a) {
           "Map: .qjulia.json, or a page, picture (.png) or scene (.glb) that holds one; .o3d or "
           ".poly4d of the papers' programs; or .f3d, a distance field of theirs, which becomes a "
           "mesh")
-      .offers_files(
-          readable({FileContent::map, FileContent::original_map, FileContent::sampled_distance}));
+      .offers_files(readable({base::FileContent::map, base::FileContent::original_map,
+                              base::FileContent::sampled_distance}));
   const auto named = [&a] {
     return named_after(a.input, is_of_field(a) ? ".ply" : ".qjulia.json");
   };
-  auto types = extensions(FileContent::mesh, FileUse::write);
+  auto types = base::extensions(base::FileContent::mesh, base::FileUse::write);
   for (const std::string& type : map_outputs()) types.push_back(type);
   command
       .output("OUT", a.output, named, "",

@@ -83,7 +83,7 @@ ProcessChecks checks_of(const Device& device, const DoctorCheckArguments& argume
     all.report.checks.push_back(self_test_check(device, number));
   }
   all.waited = device.wait_time();
-  all.built = build_total();
+  all.built = base::build_total();
   all.signals.resize(chosen.size());
   all.seconds.resize(chosen.size());
   return all;

@@ -186,7 +186,8 @@ std::unique_ptr<LeadingFile> open_page(const std::string& address, Session& sess
 /// The view of a picture that is opened, as the end of the page's address.
 std::string view_of(const std::string& input, const std::stop_token& stop) {
   std::error_code ignored;
-  if (extension_of(input) != ".png" || !std::filesystem::is_regular_file(input, ignored)) return {};
+  if (base::extension_of(input) != ".png" || !std::filesystem::is_regular_file(input, ignored))
+    return {};
   try {
     const std::string state = page_state(embedded_note(input, stop).at("made_with"));
     return state.empty() ? state : fmt::format("#{}", state);
@@ -220,9 +221,9 @@ void describe_explore(Command command, ExploreArguments& a) {
   command
       .input("MAP|MESH", a.input,
              "Map file; a page, picture (.png) or scene (.glb) that holds one; or a mesh (" +
-                 extension_list(FileContent::mesh, FileUse::read) +
+                 base::extension_list(base::FileContent::mesh, base::FileUse::read) +
                  "), which is fitted first, on the page")
-      .offers_files(readable({FileContent::map, FileContent::mesh}));
+      .offers_files(readable({base::FileContent::map, base::FileContent::mesh}));
   command
       .file("-o,--output", a.output, "MAP",
             "Map file to write when a mesh is fitted. Default: none")

@@ -65,7 +65,7 @@ FilmPlan plan_film(const FilmArguments& arguments) {
   if (arguments.frames) std::tie(plan.first, plan.last) = pictures_in(*arguments.frames, plan.last);
   plan.inputs = {arguments.script, plan.script.input};
   const std::filesystem::path output = arguments.output;
-  plan.is_folder = extension_of(output).empty();
+  plan.is_folder = base::extension_of(output).empty();
   if (plan.is_folder) {
     plan.folder = output;
     return plan;
@@ -214,8 +214,8 @@ std::string typed(const std::vector<std::string>& words) {
 /// Has FFmpeg make the film. @throws OutputError that shows the command to run
 void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& session) {
   const std::filesystem::path output = arguments.output;
-  const auto unfinished =
-      output.parent_path() / ("." + output.stem().string() + ".unfinished" + extension_of(output));
+  const auto unfinished = output.parent_path() / ("." + output.stem().string() + ".unfinished" +
+                                                  base::extension_of(output));
   film::Encoding encoding{plan.folder,
                           unfinished,
                           plan.script.rate,

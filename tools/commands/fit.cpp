@@ -76,7 +76,7 @@ void check_files(const FitCommandArguments& arguments, const FitOptions& options
                  Session& session) {
   check_map_name(arguments.output.path);
   std::vector<std::filesystem::path> inputs{arguments.mesh};
-  if (extension_of(options.schedule) == ".toml") inputs.emplace_back(options.schedule);
+  if (base::extension_of(options.schedule) == ".toml") inputs.emplace_back(options.schedule);
   OutputName output = arguments.output;
   output.must_be_new = output.must_be_new && !arguments.resume;
   std::vector<base::Output> outputs{output_named("--output", output)};
@@ -275,8 +275,8 @@ void describe_fit(Command command, FitCommandArguments& a) {
   command
       .input("MESH", a.mesh,
              "Triangle mesh, or points with normals: " +
-                 extension_list(FileContent::mesh, FileUse::read))
-      .offers_files(readable({FileContent::mesh}));
+                 base::extension_list(base::FileContent::mesh, base::FileUse::read))
+      .offers_files(readable({base::FileContent::mesh}));
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.mesh, ".qjulia.json"); }, "MAP",

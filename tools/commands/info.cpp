@@ -335,7 +335,8 @@ void describe_orbits(const Map& map, const Device& device, const std::stop_token
 
 void describe_precision(const Map& map, const Device& device, const std::stop_token& stop,
                         Answer& answer) {
-  const LabelCheck check = compare_precisions(device, map, LabelCheck{}.iterations, stop);
+  const check::LabelCheck check =
+      check::compare_precisions(device, map, check::LabelCheck{}.iterations, stop);
   const double share = static_cast<double>(check.different) / static_cast<double>(check.points);
   answer.add(
       fmt::format("precision     {} of {} labels near the surface ({:.3f} %) differ between "
@@ -425,7 +426,7 @@ void describe_making(const InfoArguments& arguments, const std::stop_token& stop
   } catch (const InputError&) {
     // Another program made it.
   }
-  if (extension_of(arguments.file) == ".glb") add_held_map(arguments.file, stop, answer);
+  if (base::extension_of(arguments.file) == ".glb") add_held_map(arguments.file, stop, answer);
 }
 
 /// A picture of ours: what it shows, and how it was made.
@@ -441,8 +442,8 @@ Answer picture_info(const InfoArguments& arguments, const Session& session) {
 }
 
 int run_info(const InfoArguments& arguments, Session& session) {
-  const bool mesh = has_type(arguments.file, FileContent::mesh, FileUse::read);
-  const bool picture = extension_of(arguments.file) == ".png";
+  const bool mesh = base::has_type(arguments.file, base::FileContent::mesh, base::FileUse::read);
+  const bool picture = base::extension_of(arguments.file) == ".png";
   if (arguments.check_precision && (mesh || picture)) {
     throw InputError(
         fmt::format("--check-precision needs a map, and '{}' is not one", arguments.file));
@@ -461,10 +462,11 @@ int run_info(const InfoArguments& arguments, Session& session) {
 void describe_info(Command command, InfoArguments& a) {
   command
       .input("FILE", a.file,
-             "Map, a page with one, mesh (" + extension_list(FileContent::mesh, FileUse::read) +
+             "Map, a page with one, mesh (" +
+                 base::extension_list(base::FileContent::mesh, base::FileUse::read) +
                  "), or a .png that qjulia made")
       .offers_files([] {
-        return readable({FileContent::map, FileContent::mesh});
+        return readable({base::FileContent::map, base::FileContent::mesh});
       }());
   command.flag("--check-precision", a.check_precision,
                "Also count the points near a map's surface that are inside in single and outside "

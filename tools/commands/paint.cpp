@@ -89,7 +89,7 @@ int run_paint(const PaintArguments& arguments, const Plan& /*plan*/, Session& se
 
 void describe_paint(Command command, PaintArguments& a) {
   command.input("MAP", a.map, "Map file of any kind; paint that it has is replaced")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command.output(a.output, "MAP", "Map file to write, such as painted.qjulia.json")
       .offers_files({".json"});
   command.repeated_numbers(

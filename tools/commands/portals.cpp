@@ -63,7 +63,7 @@ int run_portals(const PortalsArguments& arguments, const Plan& /*plan*/, Session
 
 void describe_portals(Command command, PortalsArguments& a) {
   command.input("MAP", a.map, "Map file of any kind; portals that it has are replaced")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command.output(a.output, "MAP", "Map file to write, such as stacked.qjulia.json")
       .offers_files({".json"});
   add_settings(command, portal_settings(), a.options);

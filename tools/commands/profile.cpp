@@ -27,9 +27,9 @@ void add_measured_files(Command command, MeasuredArguments& arguments) {
       .file("MAP", arguments.map, "",
             "Map file: measure with its factors, in its box, every kernel that a fit, a surface "
             "and a picture launch")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command.file("MESH", arguments.mesh, "", "Mesh that distances are measured to")
-      .offers_files(readable({FileContent::mesh}));
+      .offers_files(readable({base::FileContent::mesh}));
 }
 
 void add_kernels(Command command, MeasuredArguments& arguments) {

@@ -79,9 +79,9 @@ void describe_grid(Command command, GridArguments& a) {
           "NAME=A,B,C: a setting and the values to measure, as in lane_width=1,8,16")
       .required();
   command.file("--map", a.map, "MAP", "Measure with the factors of this map, in its box")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command.file("--mesh", a.mesh, "MESH", "Mesh that distances are measured to")
-      .offers_files(readable({FileContent::mesh}));
+      .offers_files(readable({base::FileContent::mesh}));
   command
       .file("--csv", a.csv, "FILE.csv",
             "Also write the figures as a table, a line for each combination and job")

@@ -34,7 +34,7 @@ struct RenderArguments {
 
 /// Whether the picture has layers, as an .exr.
 bool is_layered(const RenderArguments& arguments) {
-  return extension_of(arguments.output.path) == ".exr";
+  return base::extension_of(arguments.output.path) == ".exr";
 }
 
 /// Says so when a picture shows nothing. @throws Error where a part of the set was asked for.
@@ -229,9 +229,9 @@ void describe_render(Command command, RenderArguments& a) {
   command
       .input("MAP", a.input,
              "Map file of 'qjulia fit' or 'qjulia shape'; or a mesh (" +
-                 extension_list(FileContent::mesh, FileUse::read) +
+                 base::extension_list(base::FileContent::mesh, base::FileUse::read) +
                  "), drawn in the same light for comparison")
-      .offers_files(readable({FileContent::map, FileContent::mesh}));
+      .offers_files(readable({base::FileContent::map, base::FileContent::mesh}));
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.input, ".png"); }, "PICTURE",

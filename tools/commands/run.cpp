@@ -70,7 +70,7 @@ Found job_in_json(const std::string& file, const std::stop_token& stop) {
 
 Found read_job(const std::string& file, const std::stop_token& stop) {
   constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 20;
-  const std::string extension = extension_of(file);
+  const std::string extension = base::extension_of(file);
   if (extension == ".toml") {
     const std::string text = base::read_text_file(file, "job", kLargestFile, stop);
     return {job_from_json(toml_job(text, file), file), true, false};
@@ -205,8 +205,8 @@ std::string output_name(const RunArguments& arguments, const Found& found,
                         const CommandUsage& usage) {
   if (!arguments.output.empty()) return arguments.output;
   const OptionUsage* const output = output_of(usage);
-  const std::string extension = extension_of(arguments.file);
-  const bool is_report = extension == ".json" && !content_of(arguments.file);
+  const std::string extension = base::extension_of(arguments.file);
+  const bool is_report = extension == ".json" && !base::content_of(arguments.file);
   if (found.is_written_by_hand || is_report || output == nullptr) return {};
   const bool is_map = extension == ".json";
   std::string name = named_after(arguments.file, ".again" + (is_map ? ".qjulia.json" : extension));

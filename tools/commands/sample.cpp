@@ -31,13 +31,14 @@ struct SampleArguments {
 
 /// Arrays, and volumes.
 std::vector<std::string> field_types() {
-  auto types = extensions(FileContent::field, FileUse::write);
-  std::ranges::copy(extensions(FileContent::volume, FileUse::write), std::back_inserter(types));
+  auto types = base::extensions(base::FileContent::field, base::FileUse::write);
+  std::ranges::copy(base::extensions(base::FileContent::volume, base::FileUse::write),
+                    std::back_inserter(types));
   return types;
 }
 
 bool makes_volume(const SampleArguments& arguments) {
-  return has_type(arguments.output.path, FileContent::volume, FileUse::write);
+  return base::has_type(arguments.output.path, base::FileContent::volume, base::FileUse::write);
 }
 
 Plan plan_sample(const SampleArguments& arguments) {
@@ -75,11 +76,12 @@ int run_sample(const SampleArguments& arguments, const Plan& /*plan*/, Session& 
 
 void describe_sample(Command command, SampleArguments& a) {
   command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.map, ".npy"); }, "FIELD",
-          "Field to write: " + extension_list(FileContent::field, FileUse::write) +
+          "Field to write: " +
+              base::extension_list(base::FileContent::field, base::FileUse::write) +
               ", or .vdb for OpenVDB." + named_text("map", ".npy"))
       .offers_files(field_types());
   const auto& resolution = setting_named(sample_settings(), "resolution", "samples");

@@ -156,8 +156,8 @@ void describe_shape(Command command, ShapeArguments& a) {
   command
       .input("MESH", a.mesh,
              "Triangle mesh, or points with normals: " +
-                 extension_list(FileContent::mesh, FileUse::read))
-      .offers_files(readable({FileContent::mesh}));
+                 base::extension_list(base::FileContent::mesh, base::FileUse::read))
+      .offers_files(readable({base::FileContent::mesh}));
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.mesh, ".qjulia.json"); }, "MAP",
@@ -176,7 +176,7 @@ void describe_shape(Command command, ShapeArguments& a) {
            "shape's longest side (noise4 the same in all four components); or a map file whose "
            "factors are taken")
       .offers({"random:60:1", "noise:2:9:1", "noise4:2:9:1"})
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   add_device_to_use(command, a.device);
 }
 

@@ -62,7 +62,7 @@ int run_share(const ShareArguments& arguments, const Plan& /*plan*/, Session& se
 
 void describe_share(Command command, ShareArguments& a) {
   command.input("MAP", a.map, "Map file; or a page, picture (.png) or scene (.glb) that holds one")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.map, ".html"); }, "PAGE",

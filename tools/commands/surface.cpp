@@ -73,20 +73,21 @@ bool has_colors(const SurfaceArguments& arguments) { return arguments.material !
 /// The types of files that hold colours, as in ".ply, .obj or .glb".
 std::string colored_types() {
   std::string list;
-  for (const std::string& type : extensions(FileContent::mesh, FileUse::write)) {
+  for (const std::string& type : base::extensions(base::FileContent::mesh, base::FileUse::write)) {
     if (holds_colors("a" + type)) list += (list.empty() ? "" : ", ") + type;
   }
   return list;
 }
 
 bool is_volume(const SurfaceArguments& arguments) {
-  return has_type(arguments.output.path, FileContent::volume, FileUse::write);
+  return base::has_type(arguments.output.path, base::FileContent::volume, base::FileUse::write);
 }
 
 /// Meshes, and volumes.
 std::vector<std::string> surface_types() {
-  auto types = extensions(FileContent::mesh, FileUse::write);
-  std::ranges::copy(extensions(FileContent::volume, FileUse::write), std::back_inserter(types));
+  auto types = base::extensions(base::FileContent::mesh, base::FileUse::write);
+  std::ranges::copy(base::extensions(base::FileContent::volume, base::FileUse::write),
+                    std::back_inserter(types));
   return types;
 }
 
@@ -99,7 +100,7 @@ Palette chosen_palette(const SurfaceArguments& arguments) {
 void check_colors(const SurfaceArguments& arguments) {
   if (has_colors(arguments) && !holds_colors(arguments.output.path)) {
     throw InputError(fmt::format("--material: {} files hold no colours; write {}",
-                                 extension_of(arguments.output.path), colored_types()));
+                                 base::extension_of(arguments.output.path), colored_types()));
   }
   if (!has_colors(arguments) && arguments.palette_option->given()) {
     throw InputError(
@@ -147,7 +148,7 @@ MeshFileOptions file_options(const SurfaceArguments& arguments, const Map& map,
   const PrintOptions& print = arguments.print;
   if (arguments.millimetres || print.height || print.longest) options.metres_per_unit = kMillimetre;
   if (arguments.metres) options.metres_per_unit = 1;
-  if (extension_of(arguments.output.path) == ".glb" && !arguments.no_map) {
+  if (base::extension_of(arguments.output.path) == ".glb" && !arguments.no_map) {
     options.map = packed_map(map);
   }
   return options;
@@ -157,7 +158,7 @@ MeshFileOptions file_options(const SurfaceArguments& arguments, const Map& map,
 /// which take the lengths of all edges about a vertex.
 bool streams(const SurfaceArguments& arguments) {
   const Selection& selection = arguments.selection;
-  return extension_of(arguments.output.path) == ".ply" && !selection.largest_component &&
+  return base::extension_of(arguments.output.path) == ".ply" && !selection.largest_component &&
          selection.min_component.value_or(0) == 0 && selection.cuts.empty() &&
          !arguments.print.is_any() && !has_colors(arguments);
 }
@@ -333,11 +334,11 @@ int run_surface(const SurfaceArguments& given, const Plan& /*plan*/, Session& se
 
 void describe_surface(Command command, SurfaceArguments& a) {
   command.input("MAP", a.map, "Map file of 'qjulia fit' or 'qjulia shape'")
-      .offers_files(readable({FileContent::map}));
+      .offers_files(readable({base::FileContent::map}));
   command
       .output(
           "-o,--output", a.output, [&a] { return named_after(a.map, ".ply"); }, "MESH",
-          "Mesh to write: " + extension_list(FileContent::mesh, FileUse::write) +
+          "Mesh to write: " + base::extension_list(base::FileContent::mesh, base::FileUse::write) +
               "; or .vdb, a level set of its surface for OpenVDB." + named_text("map", ".ply"))
       .offers_files(surface_types());
   const auto add = [&](const char* name) {

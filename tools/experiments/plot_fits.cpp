@@ -41,7 +41,7 @@ PlotSeries curve(const std::filesystem::path& path) {
 int main(int count, char** words) {
   try {
     if (count < 3) throw qjulia::InputError("usage: qjulia_plot_fits PICTURE.png FIT.json…");
-    if (qjulia::extension_of(words[1]) != ".png") {
+    if (qjulia::base::extension_of(words[1]) != ".png") {
       throw qjulia::InputError(fmt::format("'{}' must end in .png", words[1]));
     }
     qjulia::report::Plot plot;

@@ -233,7 +233,7 @@ void read_product(std::string_view text, MakeRequest& made) {
   constexpr std::string_view kTurntable = "turntable";
   made.is_turntable = text == kTurntable;
   made.extension = fmt::format(".{}", text);
-  auto types = extensions(FileContent::mesh, FileUse::write);
+  auto types = base::extensions(base::FileContent::mesh, base::FileUse::write);
   types.emplace_back(".png");
   if (made.is_turntable || std::ranges::count(types, made.extension) > 0) return;
   std::string names;

@@ -74,7 +74,7 @@ std::vector<std::string> encoder_words(const Encoding& encoding) {
               "1",
               "-i",
               "file:" + pattern_of(encoding.frames)};
-  const Words own = words_of_type(extension_of(encoding.output), encoding.is_transparent);
+  const Words own = words_of_type(base::extension_of(encoding.output), encoding.is_transparent);
   words.insert(words.end(), own.begin(), own.end());
   words.insert(words.end(), {"-frames:v", fmt::format("{}", encoding.pictures)});
   if (!encoding.note.empty()) {

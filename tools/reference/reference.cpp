@@ -73,15 +73,16 @@ void print_file_types() {
       "`host/base/file_types.cpp`; `cmake --build --preset release --target reference` makes it "
       "again. [map-format.md](map-format.md) describes the map file, [batch.md](../guide/batch.md) "
       "the manifest.\n\n| contents | read | written |\n|---|---|---|\n");
-  constexpr std::array kContents = {FileContent::mesh,         FileContent::map,
-                                    FileContent::original_map, FileContent::sampled_distance,
-                                    FileContent::picture,      FileContent::field,
-                                    FileContent::volume,       FileContent::manifest,
-                                    FileContent::report,       FileContent::formula};
-  for (const FileContent content : kContents) {
+  constexpr std::array kContents = {
+      base::FileContent::mesh,         base::FileContent::map,
+      base::FileContent::original_map, base::FileContent::sampled_distance,
+      base::FileContent::picture,      base::FileContent::field,
+      base::FileContent::volume,       base::FileContent::manifest,
+      base::FileContent::report,       base::FileContent::formula};
+  for (const base::FileContent content : kContents) {
     fmt::print("| {} | {} | {} |\n", to_string(content),
-               fmt::join(extensions(content, FileUse::read), ", "),
-               fmt::join(extensions(content, FileUse::write), ", "));
+               fmt::join(base::extensions(content, base::FileUse::read), ", "),
+               fmt::join(base::extensions(content, base::FileUse::write), ", "));
   }
 }
 

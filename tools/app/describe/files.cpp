@@ -22,7 +22,7 @@ constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 }  // namespace
 
 bool is_mesh_file(const std::filesystem::path& path) {
-  if (!has_type(path, FileContent::mesh, FileUse::read)) return false;
+  if (!base::has_type(path, base::FileContent::mesh, base::FileUse::read)) return false;
   // What comes through a pipe cannot be looked at first.
   std::error_code ignored;
   return !std::filesystem::is_regular_file(path, ignored) || !holds_map(path);
@@ -48,16 +48,16 @@ std::string name_of(const std::filesystem::path& path) {
 }
 
 void check_map_name(const std::filesystem::path& path) {
-  const auto content = content_of(path);
-  if (!content || *content == FileContent::map) return;
+  const auto content = base::content_of(path);
+  if (!content || *content == base::FileContent::map) return;
   throw InputError(fmt::format("--output: '{}' has the name of a {}; end it in .qjulia.json",
                                path.string(), to_string(*content)));
 }
 
-std::vector<std::string> readable(std::initializer_list<FileContent> contents) {
+std::vector<std::string> readable(std::initializer_list<base::FileContent> contents) {
   std::vector<std::string> all;
-  for (const FileContent content : contents) {
-    for (std::string& extension : extensions(content, FileUse::read)) {
+  for (const base::FileContent content : contents) {
+    for (std::string& extension : base::extensions(content, base::FileUse::read)) {
       if (std::ranges::find(all, extension) == all.end()) all.push_back(std::move(extension));
     }
   }
@@ -66,7 +66,7 @@ std::vector<std::string> readable(std::initializer_list<FileContent> contents) {
 
 std::string named_after(const std::string& input, const std::string& extension) {
   std::filesystem::path stem = std::filesystem::path(input).filename().stem();
-  if (extension_of(stem) == ".qjulia") stem = stem.stem();
+  if (base::extension_of(stem) == ".qjulia") stem = stem.stem();
   return stem.string() + extension;
 }
 

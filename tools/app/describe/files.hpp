@@ -31,7 +31,7 @@ std::string name_of(const std::filesystem::path& path);
 void check_map_name(const std::filesystem::path& path);
 
 /// The extensions of files that are read as any of these.
-std::vector<std::string> readable(std::initializer_list<FileContent> contents);
+std::vector<std::string> readable(std::initializer_list<base::FileContent> contents);
 
 /// "bunny.png" after "shapes/bunny.qjulia.json" and ".png": what a command writes for an input
 /// where nobody names it, in the folder the command runs in.

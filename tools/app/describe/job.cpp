@@ -133,7 +133,8 @@ void find_files(nlohmann::json& options, const CommandUsage& usage,
     const std::vector<std::string>& types = option.completion.extensions;
     if (!option.completion.takes_files || !value.is_string()) continue;
     const std::filesystem::path named = value.get<std::string>();
-    if (std::ranges::count(types, extension_of(named)) == 0) continue;  // such as a look's name
+    if (std::ranges::count(types, base::extension_of(named)) == 0)
+      continue;  // such as a look's name
     const std::filesystem::path path = std::filesystem::absolute(folder / named);
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) {

@@ -140,7 +140,7 @@ nlohmann::json text_note(std::string_view text) {
 bool can_hold_note(const std::filesystem::path& path) {
   constexpr std::array kExtensions = {".png",  ".exr", ".glb", ".ply", ".obj",
                                       ".usda", ".3mf", ".vti", ".vdb"};
-  return std::ranges::find(kExtensions, extension_of(path)) != kExtensions.end();
+  return std::ranges::find(kExtensions, base::extension_of(path)) != kExtensions.end();
 }
 
 nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_token& stop) {
@@ -156,7 +156,7 @@ nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_
     } else if (bytes.starts_with("glTF")) {
       json = scene_note(bytes);
     } else if (can_hold_note(path)) {
-      json = text_note(unwrapped(std::move(bytes), extension_of(path)));
+      json = text_note(unwrapped(std::move(bytes), base::extension_of(path)));
     }
   } catch (const nlohmann::json::exception&) {
     // Another program's.

@@ -154,7 +154,8 @@ Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options) {
   base::add_json(usual, fit_settings(), FitOptions{});
   base::add_json(own, fit_settings(), options);
   set_changes(job.options, usual, own);
-  if (const std::filesystem::path schedule = options.schedule; extension_of(schedule) == ".toml") {
+  if (const std::filesystem::path schedule = options.schedule;
+      base::extension_of(schedule) == ".toml") {
     job.options["schedule"] = name_of(schedule);
     job.inputs["schedule"].path = schedule;
   }

@@ -143,7 +143,7 @@ std::vector<std::string> command_for(const Device& device, const std::string& pr
 struct Part {
   std::size_t begun = 0, done = 0;  ///< checks
   WaitTime waited;
-  BuildTotal built;
+  base::BuildTotal built;
   int status = 0;
   bool was_late = false;
 };
@@ -278,7 +278,7 @@ int run_checks(const DeviceChoice& wanted, const std::string& programs, int firs
     if (std::isfinite(check.difference)) line["difference"] = check.difference;
     const WaitTime waited = device.wait_time();
     line["waited"] = {waited.seconds, waited.processor_seconds, waited.slept_seconds};
-    const BuildTotal built = build_total();
+    const base::BuildTotal built = base::build_total();
     line["builds"] = {built.compiled, built.loaded, built.replaced};
     line["build_seconds"] = built.seconds;
     if (!say_line(line)) return kFailed;
@@ -286,7 +286,7 @@ int run_checks(const DeviceChoice& wanted, const std::string& programs, int firs
   return kDone;
 }
 
-std::string describe(const BuildTotal& built) {
+std::string describe(const base::BuildTotal& built) {
   std::string text = fmt::format("compiled {} programs", built.compiled);
   if (built.loaded > 0) text += fmt::format(" and loaded {} that were kept", built.loaded);
   if (built.replaced > 0) {

@@ -16,7 +16,7 @@ struct ProcessChecks {
   std::vector<int> signals;     ///< for each check: what ended the process in it; 0: nothing has
   std::vector<double> seconds;  ///< of each check, with what it builds; 0: not known
   WaitTime waited;
-  BuildTotal built;
+  base::BuildTotal built;
 };
 
 /// The numbers, in `self_test_plan`, of checks of programs with these names.
@@ -37,6 +37,6 @@ int run_checks(const DeviceChoice& wanted, const std::string& programs, int firs
                Session& session);
 
 /// "compiled 5 programs and loaded 3 that were kept, in 1.2 s".
-std::string describe(const BuildTotal& built);
+std::string describe(const base::BuildTotal& built);
 
 }  // namespace qjulia::tools

@@ -64,7 +64,7 @@ Session::Session(const Verbosity& verbosity, std::string trace_file, std::string
       trace_file_(std::move(trace_file)),
       profile_file_(std::move(profile_file)) {
   if (!trace_file_.empty() || !profile_file_.empty()) trace_ = std::make_shared<Trace>(start_);
-  if (!profile_file_.empty()) counter_ = std::make_unique<LaunchCounter>();
+  if (!profile_file_.empty()) counter_ = std::make_unique<profiling::LaunchCounter>();
 }
 
 Session::Session(JobPlace place, Said& said)
@@ -107,7 +107,7 @@ void Session::finish() {
     traced_->record({});
     name = traced_->info().name;
     const WaitTime waited = since(untraced_wait_, traced_->wait_time());
-    const BuildTotal built = build_total();
+    const base::BuildTotal built = base::build_total();
     figures = {{"waited_seconds", waited.seconds},
                {"waiting_processor_seconds", waited.processor_seconds},
                {"waiting_slept_seconds", waited.slept_seconds},
@@ -128,9 +128,10 @@ void Session::finish() {
 
 void Session::write_profile(double seconds) {
   const auto work = counter_->work();
-  const CommandMeasure measure = meter_ ? meter_->finish(start_) : CommandMeasure{};
-  const CommandProfile profile =
-      command_profile(traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, measure, seconds);
+  const profiling::CommandMeasure measure =
+      meter_ ? meter_->finish(start_) : profiling::CommandMeasure{};
+  const profiling::CommandProfile profile = profiling::command_profile(
+      traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, measure, seconds);
   base::write_file(profile_file_, to_json(profile).dump(2, ' ', true) + "\n");
   console.note(fmt::format("{}\nprofile: {}", to_text(profile), profile_file_));
   if (const auto signs = profile.disturbances(); !signs.empty()) console.warn(busy_text(signs));
@@ -139,8 +140,9 @@ void Session::write_profile(double seconds) {
 void Session::start_meter(const Device& device) {
   if (!counter_ || meter_) return;
   const double before = seconds();
-  const LaunchCounter apart;  // so that the command's does not count the meter's launches
-  meter_ = std::make_unique<CommandMeter>(device, stop());
+  const profiling::LaunchCounter
+      apart;  // so that the command's does not count the meter's launches
+  meter_ = std::make_unique<profiling::CommandMeter>(device, stop());
   device.reset_kernel_times();
   meter_seconds_ = seconds() - before;
 }
@@ -162,7 +164,7 @@ TriangleMesh Session::read_mesh(const std::string& file, const std::stop_token& 
 
 void Session::expect_right_results(const Device& device, const TrustedDevice& wanted) {
   if (wanted.is_trusted || device.info().kind == DeviceKind::cpu) return;
-  std::optional<LaunchCounter> apart;
+  std::optional<profiling::LaunchCounter> apart;
   if (counter_) apart.emplace();
   const auto report = first_self_test(device, monitor());
   apart.reset();
@@ -214,7 +216,7 @@ void Session::report_kernels(const Device& device) {
         fmt::format("kernel {:24} {:7} launches {:9.3f} s", name, time.launches, time.seconds));
   }
   console.detail(describe(device.wait_time()));
-  console.detail(describe(build_total()));
+  console.detail(describe(base::build_total()));
 }
 
 std::string busy_text(const std::vector<std::string>& signs) {

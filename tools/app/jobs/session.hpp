@@ -107,8 +107,8 @@ class Session {
   std::shared_ptr<Trace> trace_;
   std::optional<Device> traced_;
   WaitTime untraced_wait_;  ///< for `traced_`, before its trace began
-  std::unique_ptr<LaunchCounter> counter_;
-  std::unique_ptr<CommandMeter> meter_;
+  std::unique_ptr<profiling::LaunchCounter> counter_;
+  std::unique_ptr<profiling::CommandMeter> meter_;
   double meter_seconds_ = 0;  ///< that it took, and the command did not
 };
 
