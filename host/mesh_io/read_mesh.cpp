@@ -10,6 +10,7 @@
 #include "mesh/mesh_report.hpp"
 #include "mesh/point_cells.hpp"
 #include "mesh/triangulate.hpp"
+#include "mesh_io/formats.hpp"
 #include "mesh_io/mesh_file.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/base/progress.hpp"
@@ -19,17 +20,6 @@ namespace qjulia {
 
 using namespace shape;
 namespace {
-
-/// @param share as for `read_obj` and `read_ply`.
-FaceList read_faces(const MeshFile& file, const std::string& extension,
-                    const std::string* share = nullptr) {
-  if (extension == ".obj") return read_obj(file, share);
-  if (extension == ".off") return read_off(file);
-  if (extension == ".ply") return read_ply(file, share);
-  if (extension == ".glb" || extension == ".gltf") return read_gltf(file);
-  if (extension == ".3mf") return read_3mf(file);
-  return read_stl(file);
-}
 
 /// @return the number of polygons that cross themselves or have no area.
 std::size_t triangulate_polygons(const MeshFile& file, FaceList& faces) {
@@ -224,7 +214,7 @@ InspectedMesh read(const std::filesystem::path& path, const std::stop_token& sto
     MeshReport found;
     const MeshFile file(path, extension, stop);
     const Poll poll = [&] { file.poll(); };
-    FaceList faces = read_faces(file, extension);
+    FaceList faces = mesh_format(extension).read(file, nullptr);
     found.bad_polygons = triangulate_polygons(file, faces);
     const bool is_cloud = !faces.normals.empty();
     TriangleMesh mesh = is_cloud ? surface_of_points(file, faces, found, stop)
@@ -281,13 +271,13 @@ PaintedMesh read_painted_mesh(const std::filesystem::path& path, const std::stri
                               std::stop_token stop) {
   const std::string extension =
       base::expect_type(path, base::FileContent::mesh, base::FileUse::read);
-  if (extension != ".ply" && extension != ".obj") {
+  if (!mesh_format(extension).has_shares) {
     throw InputError(
         fmt::format("cannot paint by '{}': only .ply and .obj files hold colors", path.string()));
   }
   return within_memory(path, [&] {
     const MeshFile file(path, extension, std::move(stop));
-    FaceList faces = read_faces(file, extension, &property);
+    FaceList faces = mesh_format(extension).read(file, &property);
     triangulate_polygons(file, faces);
     return PaintedMesh{std::move(faces.vertices), std::move(faces.triangles),
                        std::move(faces.shares)};

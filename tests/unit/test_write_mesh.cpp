@@ -10,6 +10,7 @@
 
 #include "base/file_types.hpp"
 #include "base/larger_error.hpp"
+#include "mesh_io/formats.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/mesh/mesh.hpp"
 #include "shapes.hpp"
@@ -359,4 +360,19 @@ TEST_CASE("in a .usda mesh and material have different names") {
 TEST_CASE("writing to an unknown format or a missing folder fails") {
   CHECK_THROWS_AS(write_mesh(shapes::box(), written_folder.path() / "box.gltf"), InputError);
   CHECK_THROWS_AS(write_mesh(shapes::box(), written_folder.path() / "no" / "box.ply"), OutputError);
+}
+
+TEST_CASE("every mesh of the table of file types has a reader and a writer, and no other has") {
+  using base::FileContent, base::FileUse;
+  for (const std::string& extension : base::extensions(FileContent::mesh, FileUse::read)) {
+    INFO(extension);
+    CHECK(shape::mesh_format(extension).read != nullptr);
+  }
+  for (const std::string& extension : base::extensions(FileContent::mesh, FileUse::write)) {
+    INFO(extension);
+    CHECK(shape::mesh_format(extension).write != nullptr);
+  }
+  CHECK(shape::mesh_format(".usda").read == nullptr);
+  CHECK(shape::mesh_format(".gltf").write == nullptr);
+  CHECK_THROWS_AS(shape::mesh_format(".vti"), std::logic_error);
 }
