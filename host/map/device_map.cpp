@@ -4,83 +4,36 @@
 #include <array>
 #include <cmath>
 
-#include "layout/distance_layout.h"
+#include "kind_parts.hpp"
 #include "layout/map_layout.h"
-#include "layout/noise_layout.h"
 #include "layout/paint_layout.h"
 #include "layout/portal_layout.h"
 #include "map/kinds.hpp"
+#include "map/leaves.hpp"
 
 namespace qjulia::map {
 namespace {
 
 static_assert(kMostIterations == QJ_MOST_ITERATIONS);
-static_assert(DistanceGridData::kCoarse == QJ_DISTANCE_MARGIN);
 static_assert(Paint::kMargin == QJ_PAINT_MARGIN);
 
-/// What a grid's F costs, in factors' logarithms; measured.
-constexpr double kDistanceGridCost = 40;
-/// What an octave of noise costs; a versor's factor costs 4.
-constexpr double kOctaveCost = 20;
 constexpr double kNone = 1e30;  // stands for a logarithm without bound, in any precision
 
-double versor_cost(const Map& map) {
-  const auto* noise = std::get_if<NoiseVersor>(&map.dynamics.versor);
-  return noise != nullptr
-             ? kOctaveCost * noise->octaves
-             : 4 * static_cast<double>(std::max<std::size_t>(1, map.dynamics.factors.size()));
+/// What a paint's grid costs, in logarithms of distances to centres; measured.
+constexpr double kPaintCost = 40;
+
+/// What a kind costs at a point, in the same.
+template <class Kinds>
+double cost_of(const Kinds& kinds, const Map& map) {
+  return std::visit([&](const auto& kind) { return kind.cost(map.dynamics); }, kinds);
 }
 
 double log_or(double radius, double otherwise) {
   return radius > 0 && std::isfinite(radius) ? std::log(radius) : otherwise;
 }
 
-template <class Real, class Numbers>
-void extend(std::vector<Real>& reals, const Numbers& numbers) {
-  reals.insert(reals.end(), numbers.begin(), numbers.end());
-}
-
-template <class Numbers>
-void put(std::span<double> reals, std::size_t at, const Numbers& numbers) {
-  std::copy(numbers.begin(), numbers.end(), reals.subspan(at).begin());
-}
-
 template <class Real>
-void append(std::vector<Real>& reals, const Quaternion& q) {
-  extend(reals, coordinates(q));
-}
-
-template <class Real>
-void append(std::vector<Real>& reals, const DistanceModulus& modulus) {
-  const std::vector<float>& coefficients = modulus.grid->coefficients();
-  std::array<double, QJ_DISTANCE_HEADER> header{};
-  header[QJ_DISTANCE_PER_SHELL] = 1 / modulus.shell;
-  header[QJ_DISTANCE_INRADIUS] = modulus.inradius;
-  header[QJ_DISTANCE_FOURTH] = modulus.fourth == FourthCoordinate::round ? 1 : 0;
-  header[QJ_DISTANCE_STEP] = modulus.step;
-  header[QJ_DISTANCE_SLOPE] = modulus.grid->slope();
-  put(header, QJ_DISTANCE_ORIGIN, modulus.origin);
-  put(header, QJ_DISTANCE_CELLS, modulus.grid->data().cells);
-  reals.reserve(reals.size() + header.size() + coefficients.size() + 1);
-  extend(reals, header);
-  extend(reals, coefficients);
-  reals.push_back(Real{0});
-}
-
-template <class Real>
-void append(std::vector<Real>& reals, const NoiseVersor& noise) {
-  std::array<double, QJ_NOISE_SIZE> all{};
-  all[QJ_NOISE_OCTAVES] = noise.octaves;
-  all[QJ_NOISE_SCALE] = noise.scale;
-  all[QJ_NOISE_SEED] = noise.seed & 0xffffU;
-  all[QJ_NOISE_SEED + 1] = noise.seed >> 16U;
-  all[QJ_NOISE_COMPONENTS] = noise.values == NoiseValues::quaternions ? 4 : 3;
-  put(all, QJ_NOISE_ORIGIN, noise.origin);
-  extend(reals, all);
-}
-
-template <class Real>
-void append(std::vector<Real>& reals, const Portal& portal) {
+void append_portal(std::vector<Real>& reals, const Portal& portal) {
   std::array<double, QJ_PORTAL_SIZE> all{};
   const Eigen::Matrix3d matrix = portal.scale * portal.rotation.matrix();
   all[QJ_PORTAL_RADIUS] = portal.radius;
@@ -95,7 +48,7 @@ void append(std::vector<Real>& reals, const Portal& portal) {
 }
 
 template <class Real>
-void append(std::vector<Real>& reals, const Paint& paint) {
+void append_paint(std::vector<Real>& reals, const Paint& paint) {
   const auto lack = [](std::uint8_t share) {
     return static_cast<double>(Paint::kWhole - share) / (Paint::kWhole + 1);
   };
@@ -139,9 +92,9 @@ std::vector<Real> packed(const Map& map, const StopRadii& stops) {
   visit_members(map.dynamics.versor, add);
   set(QJ_MAP_PORTALS, static_cast<double>(reals.size()));
   set(QJ_MAP_PORTAL_COUNT, static_cast<double>(map.layers.portals.size()));
-  for (const Portal& portal : map.layers.portals) append(reals, portal);
+  for (const Portal& portal : map.layers.portals) append_portal(reals, portal);
   set(QJ_MAP_PAINT, static_cast<double>(reals.size()));
-  if (map.layers.paint) append(reals, *map.layers.paint);
+  if (map.layers.paint) append_paint(reals, *map.layers.paint);
   set(QJ_MAP_MODULUS, static_cast<double>(reals.size()));
   visit_members(map.dynamics.modulus, add);
   return reals;
@@ -168,20 +121,19 @@ DeviceMap::DeviceMap(const Device& device, const Map& map, const StopRadii& stop
       factors_(static_cast<int>(map.dynamics.factors.size())),
       precision_(precision),
       kinds_(kind_files(map)),
-      modulus_cost_(std::holds_alternative<DistanceModulus>(map.dynamics.modulus)
-                        ? kDistanceGridCost
-                        : std::max(1, factors_)),
-      step_cost_(modulus_cost_ + versor_cost(map)),
+      modulus_cost_(cost_of(map.dynamics.modulus, map)),
+      step_cost_(modulus_cost_ + cost_of(map.dynamics.versor, map)),
       slice_(map.dynamics.slice),
-      has_cube_bounds_(std::holds_alternative<FactorsModulus>(map.dynamics.modulus)),
+      has_cube_bounds_(
+          std::visit([](const auto& kind) { return kind.kHasCubeBounds; }, map.dynamics.modulus)),
       log_escape_(log_or(stops.escape, kNone)),
       log_inner_(log_or(stops.inner, -kNone)),
       log_outer_(std::min(log_escape_, log_or(stops.outer, kNone))) {
-  interpolates_ =
-      map.layers.portals.empty() && !std::holds_alternative<NoiseVersor>(map.dynamics.versor);
+  interpolates_ = map.layers.portals.empty() &&
+                  std::visit([](const auto& kind) { return kind.kIsSmooth; }, map.dynamics.versor);
   if (map.layers.paint) {
-    modulus_cost_ += kDistanceGridCost;
-    step_cost_ += kDistanceGridCost;
+    modulus_cost_ += kPaintCost;
+    step_cost_ += kPaintCost;
   }
   for (const Factor& factor : map.dynamics.factors) centers_.push_back(factor.center);
   buffer_ =

@@ -153,17 +153,20 @@ class Object {
   std::string name_;
 };
 
+/// Bytes as text: compressed (zlib), in base64.
+std::string text_of_bytes(const std::string& bytes);
+/// The bytes under "data". @param size their number, for which `keys` ask
+std::string bytes_of_text(const Object& object, std::size_t size, const char* keys);
+/// Whether a grid's numbers of cells are from `fewest` to `most`.
+bool are_within(const std::array<int, 3>& cells, int fewest, int most);
+
 nlohmann::json json_of(const Quaternion& q);
 nlohmann::json json_of(const Eigen::Vector3d& v);
-nlohmann::json json_of(const DistanceModulus& distance);
-nlohmann::json json_of(const NoiseVersor& noise);
 nlohmann::json json_of(const Paint& paint);
 nlohmann::json json_of(const std::vector<Portal>& portals);
 
 /// Each reads what `map` has under `key`. @throws InputError naming the key that is wrong.
 void read(const Object& map, const char* key, Quaternion& q);
-void read(const Object& map, const char* key, DistanceModulus& distance);
-void read(const Object& map, const char* key, NoiseVersor& noise);
 void read(const Object& map, const char* key, Paint& paint);
 void read(const Object& map, const char* key, std::vector<Portal>& portals);
 

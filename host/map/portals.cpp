@@ -11,18 +11,6 @@
 
 namespace qjulia {
 
-const char* to_string(PortalMask mask) {
-  switch (mask) {
-    case PortalMask::none:
-      return "none";
-    case PortalMask::outside:
-      return "outside";
-    case PortalMask::inside:
-      return "inside";
-  }
-  return "";
-}
-
 namespace map {
 namespace {
 

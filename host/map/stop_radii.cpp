@@ -42,11 +42,15 @@ std::vector<Quaternion> probe_directions(const Map& map) {
   return directions;
 }
 
-/// Half of where r_in is looked for when nothing else says how far: the longest |c_k|, or r_in of
-/// the shape.
+/// Half of where r_in is looked for when nothing else says how far: the longest |c_k|, or what the
+/// modulus says.
 double reach(const Map& map) {
-  const auto* distance = std::get_if<DistanceModulus>(&map.dynamics.modulus);
-  double longest = distance == nullptr ? 0 : distance->inradius;
+  double longest = std::visit(
+      [](const auto& modulus) {
+        if constexpr (requires { modulus.reach(); }) return modulus.reach();
+        return 0.0;
+      },
+      map.dynamics.modulus);
   for (const Factor& factor : map.dynamics.factors)
     longest = std::max(longest, norm(factor.center));
   return longest;

@@ -10,6 +10,7 @@
 #include "qjulia/base/trace.hpp"
 #include "qjulia/base/up_axis.hpp"
 #include "qjulia/base/version.hpp"
+#include "qjulia/base/word.hpp"
 #include "qjulia/check/self_test.hpp"
 #include "qjulia/device/device.hpp"
 #include "qjulia/device/driver_facts.hpp"

@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$1"
 compiler=$3
-allowed='#include ("qjulia/[a-z_]+/[a-z_]+\.hpp"|<nlohmann/json_fwd\.hpp>|<[a-zA-Z/_]+>)'
+allowed='#include ("qjulia/[a-z_/]+\.hpp"|<nlohmann/json_fwd\.hpp>|<[a-zA-Z/_]+>)'
 if grep -rnE '^ *#include' include | grep -vE ":$allowed" |
   grep -vE '^include/qjulia/map/opencl\.hpp:[0-9]+:#include <CL/cl\.h>$'; then
   echo "^ public headers include \"qjulia/….hpp\", <nlohmann/json_fwd.hpp> of JSON, and opencl.hpp <CL/cl.h>"

@@ -159,7 +159,7 @@ def types_of(sources, classes, bases):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    headers = sorted((root / "include/qjulia").glob("*/*.hpp"))
+    headers = sorted((root / "include/qjulia").rglob("*.hpp"))
     code = {header: code_of(header.read_text()) for header in headers}
     tests = sorted((root / "tests/conformance").glob("test_hostile_*.cpp")) + [root / "tests/support/hostile.hpp"]
     test = "\n".join(code_of(file.read_text()) for file in tests)

@@ -170,7 +170,7 @@ cmake -S "$work/field" -B "$work/alone/build" -DCMAKE_BUILD_TYPE=Release -DCMAKE
   -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_CXX_FLAGS="$flags"
 cmake --build "$work/alone/build"
 "$work/alone/build/field" "$repository/docs/maps/bunny.qjulia.json" | cmp - "$work/field_at_origin"
-(cd "$work/alone/prefix/include" && printf '#include <%s>\n' qjulia/*/*.hpp) |
+(cd "$work/alone/prefix/include" && find qjulia -name '*.hpp' -printf '#include <%p>\n') |
   "$compiler" -std=c++20 -fsyntax-only -I"$work/alone/prefix/include" $(pkg-config --cflags eigen3) -x c++ -
 if cmake -S "$work/parts" -B "$work/alone/none" -DPARTS=fit -DCMAKE_PREFIX_PATH="$work/alone/prefix" \
   -DCMAKE_CXX_COMPILER="$compiler" >"$work/none.log" 2>&1; then

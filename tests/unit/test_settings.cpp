@@ -76,13 +76,13 @@ TEST_CASE("words stand for the values of enumerations") {
   is_word("precision", "single", options.precision, Precision::single);
   CHECK_THROWS_WITH(fit_setting_named("unknowns").index_of("some"),
                     "'some' is not known; give one of: exponents, all");
-  // The words of a material and a mask are those of their own to_string.
+  // The words of a material and a mask are their own.
   for (std::size_t i = 0; i < 6; ++i) {
     CHECK(picture_setting_named("material").words.at(i) == to_string(static_cast<Material>(i)));
   }
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(setting_named(portal_settings(), "mask", "portals").words.at(i) ==
-          to_string(static_cast<PortalMask>(i)));
+          word_of(static_cast<PortalMask>(i)));
   }
 }
 

@@ -199,27 +199,39 @@ void describe_member(const char* name, const Quaternion& q, Answer& answer) {
              {q.x, q.y, q.z, q.w});
 }
 
-void describe_member(const char* name, const DistanceModulus& distance, Answer& answer) {
-  const auto [nx, ny, nz] = distance.grid->data().cells;
-  const char* fourth = distance.fourth == FourthCoordinate::round ? "round" : "ignored";
-  answer.add(fmt::format("{:<13} {} x {} x {} cells of {:.3g}, map units; fourth coordinate {}",
-                         name, nx, ny, nz, distance.step, fourth),
-             name,
-             {{"cells", {nx, ny, nz}},
-              {"step", distance.step},
-              {"shell", distance.shell},
-              {"fourth", fourth}});
+/// A leaf of a kind: its text and its JSON.
+template <class Leaf>
+std::pair<std::string, nlohmann::json> leaf_of(const Leaf& leaf) {
+  if constexpr (std::is_enum_v<Leaf>) {
+    return {std::string(word_of(leaf)), word_of(leaf)};
+  } else if constexpr (std::is_integral_v<Leaf>) {
+    return {fmt::format("{}", leaf), leaf};
+  } else {
+    return {fmt::format("{:.4g}", leaf), leaf};
+  }
 }
 
-void describe_member(const char* name, const NoiseVersor& noise, Answer& answer) {
-  const char* values = noise.values == NoiseValues::vectors ? "vectors" : "quaternions";
-  answer.add(fmt::format("{:<13} {} octaves from {:.4g} cells a map unit on, seed {}; {}", name,
-                         noise.octaves, noise.scale, noise.seed, values),
-             name,
-             {{"octaves", noise.octaves},
-              {"scale", noise.scale},
-              {"seed", noise.seed},
-              {"values", values}});
+std::pair<std::string, nlohmann::json> leaf_of(const Eigen::Vector3d& v) {
+  return {fmt::format("({:.4g}, {:.4g}, {:.4g})", v.x(), v.y(), v.z()), {v.x(), v.y(), v.z()}};
+}
+
+std::pair<std::string, nlohmann::json> leaf_of(const std::shared_ptr<const DistanceGrid>& grid) {
+  const auto& cells = grid->data().cells;
+  return {fmt::format("{} x {} x {}", cells[0], cells[1], cells[2]), cells};
+}
+
+/// An object of a map file, by its leaves; lengths are map units.
+template <class Kind>
+void describe_member(const char* name, const Kind& kind, Answer& answer) {
+  std::string text;
+  nlohmann::json all;
+  Kind::leaves(kind, [&](std::string_view leaf_name, const auto& leaf) {
+    const std::string key(leaf_name.empty() ? "cells" : leaf_name);
+    const auto [words, json] = leaf_of(leaf);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", key, words);
+    all[key] = json;
+  });
+  answer.add(fmt::format("{:<13} {}", name, text), name, all);
 }
 
 /// What the modulus and the versor are made of.
@@ -251,11 +263,11 @@ void describe_portals(const Map& map, Answer& answer) {
     answer.add(
         fmt::format("portal        radius {:.4g} about ({:.4g}, {:.4g}, {:.4g}), map units; "
                     "scale {:.4g}, mask {}",
-                    portal.radius, c.x(), c.y(), c.z(), portal.scale, to_string(portal.mask)));
+                    portal.radius, c.x(), c.y(), c.z(), portal.scale, word_of(portal.mask)));
     all.push_back({{"center", {c.x(), c.y(), c.z()}},
                    {"radius", portal.radius},
                    {"scale", portal.scale},
-                   {"mask", to_string(portal.mask)}});
+                   {"mask", word_of(portal.mask)}});
   }
   answer.json["portals"] = all;
 }

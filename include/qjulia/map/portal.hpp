@@ -4,8 +4,10 @@
 /// A. Schor and T. Kim, Into the Portal: Directable Fractal Self-Similarity (SIGGRAPH 2024).
 
 #include <Eigen/Core>
+#include <array>
 
 #include "qjulia/base/rotation.hpp"
+#include "qjulia/base/word.hpp"
 
 namespace qjulia {
 
@@ -17,8 +19,11 @@ enum class PortalMask {
   inside,   ///< those inside: of the shape only what lies in the copy is left
 };
 
-/// "none", "outside" or "inside".
-const char* to_string(PortalMask mask);
+constexpr std::array<Word<PortalMask>, 3> words(PortalMask /*of*/) {
+  return {{{PortalMask::none, "none"},
+           {PortalMask::outside, "outside"},
+           {PortalMask::inside, "inside"}}};
+}
 
 /// Where |q − center| < radius, R(q) = destination + scale · rotation (x − center), with q = (x,
 /// W), and W is scaled too. All in map coordinates, centre and destination with W = 0.

@@ -6,6 +6,12 @@
 
 namespace qjulia {
 
+double FactorsModulus::cost(const Dynamics& map) {
+  return static_cast<double>(std::max<std::size_t>(1, map.factors.size()));
+}
+
+double FactorsVersor::cost(const Dynamics& map) { return 4 * FactorsModulus::cost(map); }
+
 double FactorsModulus::degree(const Dynamics& map) {
   return std::accumulate(map.factors.begin(), map.factors.end(), 0.0,
                          [](double sum, const Factor& factor) { return sum + factor.exponent; });
