@@ -118,7 +118,8 @@ std::vector<Knob> knobs_of_factors() {
                        .least = 0,
                        .most = 999999,
                        .step = 1,
-                       .is_whole = true}}},
+                       .is_whole = true,
+                       .needs_server = true}}},
         [](MapKnobs& knobs) -> ValuePlace { return &knobs.order_seed; }},
        why_no_order},
   };
@@ -198,7 +199,8 @@ std::vector<Knob> knobs_of_origin() {
                                "the origin of iteration, degrees",
                        .least = -180,
                        .most = 180,
-                       .step = 1},
+                       .step = 1,
+                       .needs_server = true},
                       {.name = "axis",
                        .label = "about",
                        .help =

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """The server of `qjulia explore`: what it draws, and what it refuses and survives."""
 import base64
+import json
+import math
 import os
 import pathlib
 import random
@@ -164,6 +166,13 @@ def pixels(data):
 
 
 def check_pictures(server):
+    outlines = [json.loads(server.get(f"/outline?rotate=0,0,1,{degrees}")[2]) for degrees in (0, 90)]
+    m = json.loads((folder / "ball.qjulia.json").read_text())["shape_to_map"]
+    x, y, _ = (-t / m["scale"] for t in m["translation"])  # the origin of iteration
+    off = max(math.dist((x - (b - y), y + (a - x), c), turned) for (a, b, c), turned in zip(*outlines))
+    check(len(outlines[0]) > 8 and off < 1e-5, f"the outline turns as the shape does: {len(outlines[0])} points off by {off:.1e}")
+    status, _, body = server.get("/outline?rotate=0,0,0,90")
+    check(status == 400 and body.startswith(b"rotate: give an axis"), f"about an axis: {body}")
     _, _, frame = server.get("/frame?size=160x120&samples=1&detail=0.03&phase=1,1,0,0&azimuth=70&cut=z%3D60%25")
     run("render", "ball.qjulia.json", "-o", "same.png", "--size", "160x120", "--samples", 1, "--detail", 0.03, "--phase", 1, 1,
         0, 0, "--azimuth", 70, "--cut", "z=60%", "--device", "cpu", "--quiet")
@@ -235,7 +244,7 @@ def check_page(server):
 
 def check_command(tab, server):
     """The picture of the page is that of the command that it gives."""
-    tab.open(f"{server.address}&size=320x240&samples=0#azimuth=50&phase1=30&detail=0.03&palette=ice&material=trap&cutx=60&lightaz=20&light=1.5")
+    tab.open(f"{server.address}&size=320x240&samples=0#azimuth=50&phase1=30&detail=0.03&palette=ice&material=trap&cutx=60&lightaz=20&light=1.5&rotate=40&axis=y&drift=0.2")
     tab.wait(100)
     words = shlex.split(tab.run("qjulia.renderCommand()"))
     words[words.index("-o") + 1] = "command.png"

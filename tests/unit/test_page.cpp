@@ -61,17 +61,21 @@ Map nasty_map() {
   return map;
 }
 
+std::string shared(const Map& map, const std::string& file = "ball.qjulia.json") {
+  return explore::shared_page(map, file, {"{}", 0}, {});
+}
+
 }  // namespace
 
 TEST_CASE("a page gives its map back") {
   const Map map = nasty_map();
-  const PageFile page(explore::shared_page(map, "ball.qjulia.json"));
+  const PageFile page(shared(map));
   CHECK(to_json(read_map(page.path)) == to_json(map));
 }
 
 TEST_CASE("a page that was saved with other beginnings is still a page") {
   const Map map = nasty_map();
-  const std::string text = explore::shared_page(map, "ball.qjulia.json");
+  const std::string text = shared(map);
   const std::string type = "<!DOCTYPE html>";
   REQUIRE(text.starts_with(type));
   for (const char* begin :
@@ -83,7 +87,7 @@ TEST_CASE("a page that was saved with other beginnings is still a page") {
 
 TEST_CASE("a page that an editor or a browser has saved again gives its map back") {
   const Map map = nasty_map();
-  const std::string text = explore::shared_page(map, "ball.qjulia.json");
+  const std::string text = shared(map);
   const std::string begin = "<script type=\"application/json\" id=\"qjulia-map\">";
   const std::string json = between(text, begin, "</script>");
   const auto replaced = [](std::string in, const std::string& what, const std::string& by) {
@@ -107,7 +111,7 @@ TEST_CASE("a page that an editor or a browser has saved again gives its map back
 
 TEST_CASE("what only looks like a page's map is passed over") {
   const Map map = nasty_map();
-  const std::string text = explore::shared_page(map, "ball.qjulia.json");
+  const std::string text = shared(map);
   const std::string other = "<script type=\"application/json\" id=\"qjulia-map\">{}</script>";
   const std::string head = "<body>";
   const auto at = text.find(head);
@@ -142,8 +146,10 @@ TEST_CASE("a page holds what its camera frames") {
     return nlohmann::json::parse(
         between(page, "<script type=\"application/json\" id=\"outline\">", "</script>"));
   };
-  for (const auto make : {explore::shared_page, explore::served_page}) {
-    const auto points = held(make(nasty_map(), "ball.qjulia.json", outline));
+  const std::string file = "ball.qjulia.json";
+  for (const std::string& page : {explore::shared_page(nasty_map(), file, {"{}", 0}, outline),
+                                  explore::served_page(nasty_map(), file, outline)}) {
+    const auto points = held(page);
     REQUIRE(points.size() == outline.size());
     for (std::size_t i = 0; i < outline.size(); ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -151,18 +157,51 @@ TEST_CASE("a page holds what its camera frames") {
               Catch::Approx(outline[i][static_cast<Eigen::Index>(axis)]).epsilon(1e-6).margin(0));
       }
     }
-    CHECK(held(make(nasty_map(), "ball.qjulia.json", {})) == nlohmann::json::array());
   }
 }
 
+TEST_CASE("a page's outline turns as the knob turns the shape") {
+  // What a mesh of the turned map would have, by the box: its corners turn about the origin of
+  // iteration, which lies at -translation / scale.
+  Map map = nasty_map();
+  map.frame.box = Box{{-1, -2, -3}, {1, 2, 3}};
+  map.frame.shape_to_map = {2, {0, -2, 0}};
+  const auto corners = explore::box_outline(map);
+  REQUIRE(corners.size() == 8);
+  const auto turned =
+      explore::turned_outline(map, {{1, 1, 0}, {0, 3, 5}}, {Eigen::Vector3d::UnitZ(), 90});
+  CHECK((turned[0] - Eigen::Vector3d(0, 2, 0)).norm() < 1e-12);
+  CHECK((turned[1] - Eigen::Vector3d(-2, 1, 5)).norm() < 1e-12);
+}
+
+TEST_CASE("a shared page says which controls need a server") {
+  const auto settings = [](const std::string& page) {
+    return nlohmann::json::parse(
+        between(page, "<script type=\"application/json\" id=\"settings\">", "</script>"));
+  };
+  const auto has = [](const nlohmann::json& of, const std::string& option) {
+    return std::ranges::any_of(of["map"],
+                               [&](const auto& each) { return each["option"] == option; });
+  };
+  const auto own = settings(shared(nasty_map()));
+  const auto served = settings(explore::served_page(nasty_map(), "ball.qjulia.json", {}));
+  for (const char* option : {"order-seed", "rotate"}) {
+    CHECK_FALSE(has(own, option));
+    CHECK(has(served, option));
+  }
+  CHECK(std::ranges::count(own["absent"], "rotate") == 1);
+  CHECK(std::ranges::count(own["absent"], "order seed") == 1);
+  CHECK(served["absent"].empty());
+}
+
 TEST_CASE("names in a page are text") {
-  const std::string page = explore::shared_page(nasty_map(), "a\"><script>alert(1)</script>.json");
+  const std::string page = shared(nasty_map(), "a\"><script>alert(1)</script>.json");
   CHECK(page.find("<script>alert") == std::string::npos);
   CHECK(page.find("{{") == std::string::npos);
 }
 
 TEST_CASE("a page's policy names its script and its style") {
-  const std::string page = explore::shared_page(nasty_map(), "ball.qjulia.json");
+  const std::string page = shared(nasty_map());
   const std::string policy = between(page, "Content-Security-Policy\" content=\"", "\"");
   for (const auto& [begin, end] :
        {std::pair{"<script type=\"module\">", "</script>"}, std::pair{"<style>", "</style>"}}) {

@@ -22,27 +22,6 @@ struct ShareArguments {
   TrustedDevice device;
 };
 
-/// What the page frames, where a device tells it. A page can be made without one, but not with one
-/// that was asked for by name and is not there.
-std::vector<Eigen::Vector3d> outline_of(const Map& map, const ShareArguments& arguments,
-                                        Session& session) {
-  try {
-    const Device device = session.open_device(arguments.device);
-    std::vector<Eigen::Vector3d> outline = explore::page_outline(device, map, session.stop());
-    session.report_kernels(device);
-    return outline;
-  } catch (const Interrupted&) {
-    throw;
-  } catch (const Error& error) {
-    if (!arguments.device.name.empty()) throw;
-    session.console.warn(fmt::format(
-        "the page frames the shape's box, which may leave parts of the set outside of narrow "
-        "pictures, since the set could not be measured: {}",
-        error.what()));
-    return {};
-  }
-}
-
 Plan plan_share(const ShareArguments& arguments) {
   return {{arguments.map}, {output_named("--output", arguments.output, {".html"})}};
 }
@@ -50,8 +29,11 @@ Plan plan_share(const ShareArguments& arguments) {
 int run_share(const ShareArguments& arguments, const Plan& /*plan*/, Session& session) {
   Map map = read_map(arguments.map, session.stop());
   add_job(map, session.job());
-  const std::string page =
-      explore::shared_page(map, name_of(arguments.map), outline_of(map, arguments, session));
+  const Device device = session.open_device(arguments.device);
+  const std::string page = explore::shared_page(map, name_of(arguments.map),
+                                                explore::page_scene(device, map, session.stop()),
+                                                explore::page_outline(device, map, session.stop()));
+  session.report_kernels(device);
   base::write_file(arguments.output.path, page);
   session.console.summary(
       fmt::format("page: {}, {} KiB: open it in a browser, mail it, put it on any web space",
@@ -78,8 +60,9 @@ void add_share(CommandLine& program, ChosenCommand& chosen) {
               {"share", "Make a page on which others play with a map", R"(Example:
   qjulia share bunny.qjulia.json -o bunny.html
 The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the set
-(WebGL 2). Where a device is at hand, it measures the set, so that the page frames it well. It has a slider for every option of the map, and its address holds all settings,
-so that a link to it is a shape. The map is in it: every command that reads maps reads the
+(WebGL 2). A device measures the map over the ranges of its knobs, which the page looks up. The page
+has a slider for every option of the map that it can draw, names those that need "qjulia explore",
+and its address holds all settings, so that a link to it is a shape. The map is in it: every command that reads maps reads the
 page too. See docs/guide/explore.md.)",
                /*can_trace=*/false},
               describe_share, plan_share, run_share);

@@ -32,9 +32,9 @@ bool is_needed(const Map& map, std::string_view file) {
   if (file.ends_with("_versor.glsl")) return file.starts_with(name_of(map.dynamics.versor));
   if (file == "painted.glsl") return map.layers.paint.has_value();
   if (file == "unpainted.glsl") return !map.layers.paint;
-  if (file == "spline.glsl") {
-    return map.layers.paint || std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
-  }
+  const bool has_grid = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
+  if (file == "spline.glsl") return map.layers.paint || has_grid;
+  if (file == "unpack.glsl" || file == "coefficients.glsl") return has_grid;
   if (file == "portals.glsl") return !map.layers.portals.empty();
   if (file == "without_portals.glsl") return map.layers.portals.empty();
   return file.ends_with(".glsl");
@@ -71,15 +71,6 @@ std::string json_of(const Map& map) {
   return text;
 }
 
-/// Rounded to 1e-7 of a point's distance from the origin, which keeps pages short.
-std::string json_of(std::span<const Eigen::Vector3d> outline) {
-  std::vector<std::string> points;
-  for (const Eigen::Vector3d& point : outline) {
-    points.push_back(fmt::format("[{}]", fmt::join(point.cast<float>().eval(), ",")));
-  }
-  return fmt::format("[{}]", fmt::join(points, ","));
-}
-
 /// What a policy calls one of the page's files. The build has hashed it, in hexadecimals.
 std::string policy_hash(const std::string& name) {
   const std::string_view digits = file_of_page(name + ".sha256");
@@ -104,7 +95,7 @@ struct PageKind {
 
 /// @param map none where the page has none; its shaders go into a page that draws by itself.
 std::string page_of(const PageKind& kind, const Map* map, const std::string& file,
-                    std::span<const Eigen::Vector3d> outline = {}) {
+                    const std::string& outline = {}, const PageScene* scene = nullptr) {
   const std::map<std::string_view, std::string> parts = {
       {"title", html::escaped(file.substr(file.find_last_of('/') + 1))},
       {"file", html::escaped(file)},
@@ -117,8 +108,9 @@ std::string page_of(const PageKind& kind, const Map* map, const std::string& fil
       {"style", std::string(file_of_page("style.css"))},
       {"shaders", kind.renderer == kByBrowser ? shaders_of_page(*map) : ""},
       {"palettes", palettes_json()},
-      {"settings", map == nullptr ? "" : page_settings(*map, kind.renderer != kByBrowser)},
-      {"outline", json_of(outline)},
+      {"settings", map == nullptr ? "" : page_settings(*map, scene)},
+      {"scene", scene == nullptr ? "" : scene->json},
+      {"outline", outline},
       {"map", map == nullptr ? "" : json_of(*map)},
       {"script", std::string(file_of_page(kind.entry))}};
   std::string page;
@@ -140,14 +132,44 @@ std::vector<Eigen::Vector3d> page_outline(const Device& device, const Map& map,
   return Studio::of_drafts(device, map, usual, stop).outline();
 }
 
-std::string shared_page(const Map& map, const std::string& file,
+std::vector<Eigen::Vector3d> box_outline(const Map& map) {
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(2);
+  const ShapeToMap& to_map = map.frame.shape_to_map;
+  const Box box = map.frame.box.value_or(Box{to_map.to_shape(-half), to_map.to_shape(half)});
+  std::vector<Eigen::Vector3d> corners;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Array3d share(i & 1, i >> 1 & 1, i >> 2);
+    corners.push_back(box.low.array() + share * box.size().array());
+  }
+  return corners;
+}
+
+std::vector<Eigen::Vector3d> turned_outline(const Map& map, std::vector<Eigen::Vector3d> outline,
+                                            const Rotation& rotation) {
+  const Eigen::Vector3d origin = map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero());
+  const Eigen::Matrix3d turn = rotation.matrix();
+  for (Eigen::Vector3d& point : outline) point = origin + turn * (point - origin);
+  return outline;
+}
+
+std::string outline_json(std::span<const Eigen::Vector3d> outline) {
+  std::vector<std::string> points;
+  for (const Eigen::Vector3d& point : outline) {
+    points.push_back(fmt::format("[{}]", fmt::join(point.cast<float>().eval(), ",")));
+  }
+  return fmt::format("[{}]", fmt::join(points, ","));
+}
+
+std::string shared_page(const Map& map, const std::string& file, const PageScene& scene,
                         std::span<const Eigen::Vector3d> outline) {
-  return page_of({"index.html", "shared.js", kByBrowser, "'none'"}, &map, file, outline);
+  return page_of({"index.html", "shared.js", kByBrowser, "'none'"}, &map, file,
+                 outline_json(outline), &scene);
 }
 
 std::string served_page(const Map& map, const std::string& file,
                         std::span<const Eigen::Vector3d> outline) {
-  return page_of({"index.html", "served.js", "server", "'self'"}, &map, file, outline);
+  return page_of({"index.html", "served.js", "server", "'self'"}, &map, file,
+                 outline_json(outline));
 }
 
 std::string fitting_page(const std::string& file) {

@@ -7,7 +7,6 @@
 
 #include "qjulia/base/colors.hpp"
 #include "qjulia/base/error.hpp"
-#include "qjulia/map/field.hpp"
 #include "qjulia/map/knob_table.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 
@@ -102,6 +101,16 @@ json control_json(const Control& control, const Setting& setting, const json& us
   return made;
 }
 
+json list_of_point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+json frame_json(const Frame& frame) {
+  json made = {{"scale", frame.shape_to_map.scale},
+               {"translation", list_of_point(frame.shape_to_map.translation)},
+               {"box", nullptr}};
+  if (frame.box) made["box"] = {list_of_point(frame.box->low), list_of_point(frame.box->high)};
+  return made;
+}
+
 json setting_json(const Setting& setting, const Form& form, double most) {
   json controls = json::array();
   for (std::size_t i = 0; i < setting.controls.size(); ++i) {
@@ -115,25 +124,37 @@ json setting_json(const Setting& setting, const Form& form, double most) {
 
 }  // namespace
 
-std::string page_settings(const Map& map, bool is_served) {
+std::string page_settings(const Map& map, const PageScene* scene) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   PictureOptions usual;
   usual.camera.up = map.frame.up.value_or(kDefaultUp);
   MapKnobs knobs = knobs_of(map);
-  json of_map = json::array(), of_picture = json::array();
-  for (const PictureSetting& setting : picture_settings()) {
-    if (setting.controls.empty()) continue;
-    if (setting.controls.front().needs_server && !is_served) continue;
+  json of_map = json::array(), of_picture = json::array(), absent = json::array();
+  const auto is_absent = [&](const Setting& setting) {
+    if (scene == nullptr || !setting.controls.front().needs_server) return false;
+    absent.push_back(setting.controls.front().label);
+    return true;
+  };
+  for (PictureSetting setting : picture_settings()) {
+    if (setting.controls.empty() || is_absent(setting)) continue;
+    if (setting.name == "material" && map.dynamics.factors.empty()) {
+      std::erase(setting.words, to_string(Material::factor));  // there is nothing to colour by
+    }
     const Form form = std::visit(FormOf(setting), setting.place(usual));
     (setting.name == "iterations" ? of_map : of_picture)
         .push_back(setting_json(setting, form, kInfinity));
   }
   for (const Knob& knob : knob_table()) {
-    if (knob.controls.empty() || !knob.why_not(map).empty()) continue;
+    if (knob.controls.empty() || !knob.why_not(map).empty() || is_absent(knob)) continue;
     const Form form = std::visit(FormOf(knob), knob.place(knobs));
-    of_map.push_back(setting_json(knob, form, knob.most_of(map)));
+    const bool is_drift = scene != nullptr && knob.name == "drift";
+    of_map.push_back(setting_json(knob, form, is_drift ? scene->most_drift : knob.most_of(map)));
   }
-  return json{{"map", of_map}, {"picture", of_picture}, {"escape", kUsualEscape}}.dump();
+  return json{{"map", of_map},
+              {"picture", of_picture},
+              {"frame", frame_json(map.frame)},
+              {"absent", absent}}
+      .dump();
 }
 
 }  // namespace qjulia::explore

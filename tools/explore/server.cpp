@@ -6,6 +6,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <exception>
 #include <filesystem>
@@ -147,7 +148,7 @@ struct Server::Impl {
   /// From now on the page is the map's.
   void show(const Map& map) {
     painter.show(map);
-    std::vector<Eigen::Vector3d> outline;
+    std::vector<Eigen::Vector3d> outline = box_outline(map);
     try {
       outline = page_outline(painter.device(), map);
     } catch (const Error&) {
@@ -155,6 +156,9 @@ struct Server::Impl {
     }
     const std::lock_guard lock(mutex);
     page = served_page(map, file, outline);
+    turned = [map, outline](const Rotation& rotation) {
+      return outline_json(turned_outline(map, outline, rotation));
+    };
   }
 
   void begin_fit() {
@@ -188,7 +192,10 @@ struct Server::Impl {
     };
     FitOptions options = task->options;
     options.observer.on_evaluation = [&](double energy) {
-      keep([&] { energies.back().push_back(energy); });
+      keep([&] {
+        std::vector<double>& stage = energies.back();
+        stage.push_back(stage.empty() ? energy : std::fmin(stage.back(), energy));
+      });
     };
     options.observer.on_stage = [&](const StageReport& stage, const Map& map) {
       painter.show(map);
@@ -340,6 +347,19 @@ struct Server::Impl {
         };
       });
     });
+    http.Get("/outline", [this](const auto& request, auto& response) {
+      try {
+        const MapKnobs knobs = read_view(request.params).knobs;
+        knobs.validate();
+        const std::lock_guard lock(mutex);
+        if (!turned) return refuse(response, 404, "there is no map yet");
+        response.set_content(turned(knobs.rotate.value_or(Rotation{})), "application/json");
+      } catch (const OptionError& error) {
+        refuse(response, 400, message_of(error));
+      } catch (const InputError& error) {
+        refuse(response, 400, error.what());
+      }
+    });
     http.Get("/map", [this](const auto& request, auto& response) {
       answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
         return [this, view = read_view(query)](Job& /*job*/) { return painter.map_file(view); };
@@ -387,7 +407,8 @@ struct Server::Impl {
   std::shared_ptr<Job> fit_job;
   std::mutex mutex;  // guards the members below
   std::string page;
-  std::exception_ptr failed;  // the fit
+  std::function<std::string(const Rotation&)> turned;  ///< the page's outline; none before a map
+  std::exception_ptr failed;                           // the fit
   bool is_fitted = false;
   Progress fit_progress;
   nlohmann::json stages = nlohmann::json::array();

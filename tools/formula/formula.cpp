@@ -107,8 +107,12 @@ std::string values(const Map& map, const Reach& reach) {
                      vec3(frame.center), vec3(frame.turn.col(0)), vec3(frame.turn.col(1)),
                      vec3(frame.turn.col(2))) +
          "#define map_slice Slice\n#define map_phase phase_of(Phase)\n"
-         "#define map_steeper (Steepness - 1.0)\n";
+         "#define map_steepness Steepness\n#define VERSOR_SHARPNESS 1.0\n";
 }
+
+/// In place of knobs.glsl: these knobs have been turned, and iteration turns about the origin.
+constexpr std::string_view kNoKnobs =
+    "float map_turned(float f) { return f; }\nvec4 map_origin() { return vec4(0); }\n";
 
 /// What can be turned. Fragmentarium makes sliders of its uniforms.
 std::string knobs(const Map& map, Program program) {
@@ -324,6 +328,7 @@ std::string formula_text(const Map& map, const Reach& reach, Program program,
           : "");
   Shaders shaders({{"map_values.glsl", values(map, reach)},
                    {"factors.glsl", arrays(map.dynamics.factors)},
+                   {"knobs.glsl", std::string(kNoKnobs)},
                    {"QJ_MODULUS", "#include factors_modulus.glsl\n"},
                    {"QJ_VERSOR", "#include factors_versor.glsl\n"},
                    {"QJ_PAINT", "#include unpainted.glsl\n"},

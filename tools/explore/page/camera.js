@@ -1,7 +1,8 @@
 // The view of host/picture/view.cpp, in map coordinates; rows count upwards here. Where the camera
 // has no place of its own, it stands so that the set fits from every azimuth, and a set that turns
 // neither grows nor moves.
-import { outlineOf, toMap } from "./map.js";
+import { frame, toMap } from "./map.js";
+import { outline } from "./outline.js";
 import { across, axisOf, inner, plus, times } from "./vectors.js";
 
 const fieldOfView = 30;
@@ -37,26 +38,26 @@ function middleOf(points) {
 
 /** The circles that the outline's points run through as the set turns about an upright axis: their radii, and heights above
  * the axis' middle. */
-function ringsOf(m, axes) {
-  const { front, side, upright } = axes;
-  const points = outlineOf(m, axes).map((p) => [front, side, upright].map((n) => inner(p, n)));
+function ringsOf({ front, side, upright }) {
+  const points = outline().map((p) => [front, side, upright].map((n) => inner(toMap(p), n)));
   const [x, y] = middleOf(points), heights = points.map((p) => p[2]), z = (Math.min(...heights) + Math.max(...heights)) / 2;
   return { middle: plus(plus(times(x, front), side, y), upright, z),
            rings: points.map((p) => [Math.hypot(p[0] - x, p[1] - y), p[2] - z]) };
 }
 
-let known = { key: "", rings: null };
-function knownRings(m, axes) {
-  const key = JSON.stringify([m.turn, m.offset, axes.upright]);
-  if (key !== known.key) known = { key, rings: ringsOf(m, axes) };
-  return known.rings;
+let rings = {};
+function knownRings(axes) {
+  if (rings.of !== outline() || rings.upright !== axes.upright.join()) {
+    rings = { of: outline(), upright: axes.upright.join(), found: ringsOf(axes) };
+  }
+  return rings.found;
 }
 
 /** How far the eye stands back, and how far the middle of the picture lies above that of the rings, along the picture's
  * columns, so that all rings are seen within these tangents from the middle. */
-function placeFor(rings, elevation, tanX, tanY) {
+function placeFor(all, elevation, tanX, tanY) {
   const c = Math.cos(elevation * radians), s = Math.sin(elevation * radians);
-  const most = (reach) => rings.reduce((all, [r, z]) => Math.max(all, reach(r, z)), -Infinity);
+  const most = (reach) => all.reduce((found, [r, z]) => Math.max(found, reach(r, z)), -Infinity);
   // A point of a ring, at the angle w from the camera, lies r sin w to the right, z c - r s cos w above, and z s + r c cos w
   // nearer than the middle: the largest of each side's reach is known for all w.
   const upright = (tan) => {
@@ -78,12 +79,12 @@ function placeFor(rings, elevation, tanX, tanY) {
 }
 
 /** The view of a picture of width x height pixels that is drawn with 1 / divisor of them a side. */
-export function viewOf(camera, m, width, height, divisor) {
+export function viewOf(camera, width, height, divisor) {
   const axes = cameraAxes(camera), tanY = Math.tan(0.5 * fieldOfView * radians);
-  const around = knownRings(m, axes), place = placeFor(around.rings, camera.elevation, filled * tanY * width / height, filled * tanY);
-  const distance = camera.distance === null ? place.back : camera.distance * m.shape_to_map.scale;
+  const around = knownRings(axes), place = placeFor(around.rings, camera.elevation, filled * tanY * width / height, filled * tanY);
+  const distance = camera.distance === null ? place.back : camera.distance * frame.scale;
   const pixel = 2 * tanY / (height / divisor) / camera.zoom;
-  const middle = camera.look ? toMap(camera.look, m) : plus(around.middle, axes.up, place.rise);
+  const middle = camera.look ? toMap(camera.look) : plus(around.middle, axes.up, place.rise);
   const dir_dx = times(pixel, axes.right), dir_dy = times(pixel, axes.up);
   const dir = plus(plus(times(-1, axes.back), dir_dx, -width / divisor / 2), dir_dy, -height / divisor / 2);
   // Lamps turn with the camera, and stay level.

@@ -1,8 +1,8 @@
 // The command lines that make what the page shows.
 import { viewOf } from "./camera.js";
 import { canvas, darkBackground, root } from "./dom.js";
-import { toShape, turned } from "./map.js";
-import { changed, hasDarkBackdrop, knobsOf, short, state } from "./state.js";
+import { frame, toShape } from "./map.js";
+import { changed, hasDarkBackdrop, short, state } from "./state.js";
 
 const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 
@@ -22,19 +22,27 @@ const commandOf = (name, output, options) =>
 
 /** The options of the picture, with where the camera stands, which the program would choose otherwise. */
 function pictureOptions(width, height) {
-  const m = turned(knobsOf()), view = viewOf(state, m, width, height, 1);
+  const view = viewOf(state, width, height, 1);
   const rest = changed("picture").filter(([option]) => option !== "look-at" && option !== "distance");
-  return [...rest, ["look-at", toShape(view.middle, m).map(short)], ["distance", [short(view.distance / m.shape_to_map.scale)]]];
+  return [...rest, ["look-at", toShape(view.middle).map(short)], ["distance", [short(view.distance / frame.scale)]]];
 }
 
-export function renderCommand(width, height) {
+/** @param range of the material, where it is not spread over what the picture shows. */
+export function renderCommand(width, height, range = null) {
   // A browser draws all of the set, loose pieces too.
   const drawsAll = root.dataset.renderer === "webgl";
   return commandOf("render", "picture.png", [
     ["size", [`${width}x${height}`]], ...pictureOptions(width, height), ...background(), ...cut().map(([option, places]) => [option, [places.join(",")]]), ...changed("map"),
-    ...(drawsAll ? [["keep-loose", []]] : []),
+    ...(drawsAll ? [["keep-loose", []]] : []), ...(range ? [["range", [range.map(short).join(",")]]] : []),
   ]);
 }
+
+/** Makes the map with its knobs turned of the map that the page holds, saved under its own name. */
+export const convertCommand = (saved) => ["qjulia", "convert", quoted(`./${saved}`), quoted(`./${saved.replace(/(\.qjulia)?\.json$/, "_turned$&")}`),
+  ...changed("map").filter(([option]) => option !== "iterations").flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");
+
+/** Serves the page on which everything can be set. */
+export const exploreCommand = () => `qjulia explore ${mapWord()} --open`;
 
 export const surfaceCommand = () => commandOf("surface", "surface.ply", changed("map"));
 

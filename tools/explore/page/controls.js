@@ -1,6 +1,7 @@
 // The panel: what sets each setting of the page, and buttons.
+import { exploreCommand } from "./command.js";
 import { byId, element, root } from "./dom.js";
-import { map } from "./map.js";
+import { frame } from "./map.js";
 import { bears, settings } from "./settings.js";
 import { canRedo, canUndo, change, onChange, ranges, redo, state, undo, usual, words } from "./state.js";
 
@@ -51,12 +52,12 @@ export function group(title, ...children) {
 
 /** Settings that show what the knobs can do: those the map does not bear are left out. */
 const presets = {
-  smooth: { detail: map.detail / 8 }, clear: { detail: map.detail / 2 }, wild: { detail: map.detail * 2, iterations: 8 },
+  smooth: { detail: usual.detail / 8 }, clear: { detail: usual.detail / 2 }, wild: { detail: usual.detail * 2, iterations: 8 },
   "the fitted shape": { iterations: 1 }, "few octaves": { iterations: 2 },
-  crust: { drift: 0.8, detail: Math.max(map.detail, 0.03) }, "cut open": { cutz: 50, azimuth: 20 },
-  "short tufts": { steepness: 6, detail: map.detail * 1.5 }, "by iterations": { material: "iterations" }, "by trap": { material: "trap" },
+  crust: { drift: 0.8, detail: Math.max(usual.detail, 0.03) }, "cut open": { cutz: 50, azimuth: 20 },
+  "short tufts": { steepness: 6, detail: usual.detail * 1.5 }, "by iterations": { material: "iterations" }, "by trap": { material: "trap" },
 };
-const isThere = (knob) => knob === "cutz" ? Boolean(map.box) : Object.hasOwn(usual, knob);
+const isThere = (knob) => knob === "cutz" ? Boolean(frame.box) : Object.hasOwn(usual, knob);
 
 function presetMenu() {
   const names = Object.keys(presets).filter((name) => Object.keys(presets[name]).every(isThere));
@@ -87,11 +88,16 @@ group("Fractal", presetMenu(), ...fields("Fractal"));
 group("Pattern", ...fields("Pattern"),
   bears("order-seed") && button("Shuffle", "Another order of the factors", () => change({ order: someOrder() })));
 group("Shape", ...fields("Shape"));
-if (map.box) {
+if (frame.box) {
   group("Cut open", ...["x", "y", "z"].map((axis) =>
     slider({ name: "cut" + axis, label: axis, help: `Cuts away what lies beyond this place along ${axis}, per cent of the shape's box`, step: 1 })));
 }
 group("Look", ...fields("Look"), menu({ name: "backdrop", label: "backdrop", help: "What is behind the set" }));
+
+if (settings.absent.length > 0) {
+  group("Not on this page", element("p", {}, `A page without a server cannot set ${settings.absent.join(", ")}: `,
+                                    element("code", {}, exploreCommand()), " can."));
+}
 
 byId("panel").addEventListener("submit", (event) => event.preventDefault());
 onChange(() => updates.forEach((update) => update()));

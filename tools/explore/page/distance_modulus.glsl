@@ -24,16 +24,6 @@ float kind_modulus(vec4 q) {
   return distance_field(spline_at(coefficients, u) * distance_step + length(beyond) + distance_inradius, q);
 }
 
-vec4 kind_modulus_gradient(vec4 q) {
-  vec3 beyond, u = place_on_grid(q, beyond);
-  vec4 found = spline_gradient_at(coefficients, u);
-  float far = length(beyond), depth = found.x * distance_step + far + distance_inradius;
-  // Beyond the domain the way grows, and along its axes the spline does not change.
-  vec3 g = mix(beyond / max(far, QJ_TINY_ROOT), found.yzw, equal(beyond, vec3(0)));
-  float kw = distance_fourth * q.w, radius = sqrt(depth * depth + kw * q.w);
-  return distance_per_shell / max(radius, QJ_TINY_ROOT) * vec4(depth * g, kw);
-}
-
 // F has a slope everywhere.
 float kind_modulus_near(vec4 q, out float nearest) {
   nearest = 1e15;

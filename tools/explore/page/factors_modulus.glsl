@@ -13,17 +13,6 @@ float kind_modulus(vec4 q) {
   return map_scaled_log(sum);
 }
 
-// sum_k a_k d_k / |d_k|^2, with d_k = q - c_k.
-vec4 kind_modulus_gradient(vec4 q) {
-  vec4 sum = vec4(0);
-  for (int g = 0; g < groups; ++g) {
-    vec4 s = EXPONENTS(g) / norms2(q, g);
-    sum += s.x * (q - CENTER(4 * g)) + s.y * (q - CENTER(4 * g + 1)) +
-           s.z * (q - CENTER(4 * g + 2)) + s.w * (q - CENTER(4 * g + 3));
-  }
-  return sum;
-}
-
 // The nearest point where F is not smooth is the nearest centre.
 float kind_modulus_near(vec4 q, out float nearest) {
   float sum = 0.0, nearest2 = 1e30;

@@ -14,7 +14,7 @@ vec4 factor_versor(vec4 d, float a) {
 vec4 map_versor(vec4 q) {
   vec4 u = map_phase;
   for (int g = 0; g < groups; ++g) {
-    vec4 a = EXPONENTS(g);
+    vec4 a = VERSOR_SHARPNESS * EXPONENTS(g);
     for (int j = 0; j < 4; ++j) u = q_mul(u, factor_versor(q - CENTER(4 * g + j), a[j]));
   }
   return normalize(u);

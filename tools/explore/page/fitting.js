@@ -44,18 +44,12 @@ function keepStage() {
 
 const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.round(seconds % 60)).padStart(2, "0")}`;
 
-/** The lowest energy so far: steps that lead uphill are tried, and taken back. */
-function lowest(energies) {
-  let least = Infinity;
-  return energies.map((energy) => { least = Math.min(least, energy ?? Infinity); return least; });
-}
-
 function follow(fit) {
   stages = fit.stages;
   const left = fit.seconds_left > 0 && fit.seconds_left < 36000 ? `, ${clock(fit.seconds_left)} left` : "";
   byId("status").textContent = `${fit.activity}${left}${fit.detail ? `: ${fit.detail}` : ""}`;
   byId("progress").style.width = `${100 * fit.fraction}%`;
-  drawCurve(byId("energy"), fit.energies.map(lowest), true);
+  drawCurve(byId("energy"), fit.energies, true);
   drawCurve(byId("iou"), [stages.map((stage) => stage.iou)], false);
   byId("stop").disabled = stages.length === 0;
   if (stages.length === shown) return;

@@ -1,6 +1,7 @@
 // WebGL 2: programs of the page's .glsl files, textures, waiting for what was drawn.
 import { byId, canvas } from "./dom.js";
-import { map, modulusKind, versorKind } from "./map.js";
+import { unpacked } from "./packed.js";
+import { scene } from "./scene.js";
 import { isSeen } from "./seen.js";
 
 await isSeen;
@@ -11,8 +12,7 @@ if (!gl.getExtension("EXT_color_buffer_float")) {
   throw new Error("this page needs textures of 32-bit numbers to draw to, which this browser's graphics do not have");
 }
 
-export const groups = Math.ceil((map.factors?.length ?? 0) / 4);
-const portals = map.portals?.length ?? 0;
+const { files, groups, portals } = scene;
 const isBlock = 80 * groups <= 16384;  // the least size that a uniform block has anywhere: 816 factors
 const head = `#version 300 es
 precision highp float;
@@ -21,11 +21,8 @@ precision highp sampler2D;
 precision highp sampler3D;
 #define GROUPS ${Math.max(groups, 1)}
 #define FACTORS_IN_BLOCK ${Number(isBlock)}
-#define PORTALS ${Math.max(portals, 1)}
+#define PORTALS ${portals}
 `;
-const files = { QJ_MODULUS: `${modulusKind}_modulus.glsl`, QJ_VERSOR: `${versorKind}_versor.glsl`,
-                QJ_PAINT: map.paint ? "painted.glsl" : "unpainted.glsl",
-                QJ_PORTALS: portals ? "portals.glsl" : "without_portals.glsl" };
 
 /** The text of a file with all that it includes, each once. */
 function source(name, included = new Set()) {
@@ -69,16 +66,17 @@ function finish(made) {
 
 /** Textures have units by their uniform's name. */
 const units = { factors: 0, grid: 1, points: 2, hints: 3, before: 4, depths: 5, traits: 6, picture: 7,
-                coefficients: 8, scratch: 9, paint: 10 };
+                coefficients: 8, scratch: 9, paint: 10, file_bytes: 11, sums: 12, coarse: 13, ranks: 14, corrections: 15 };
+const samplers = [gl.SAMPLER_2D, gl.SAMPLER_3D, gl.INT_SAMPLER_2D, gl.UNSIGNED_INT_SAMPLER_2D];
 /** What sets uniforms that are no matrices. */
 const setters = { [gl.FLOAT]: "uniform1fv", [gl.FLOAT_VEC2]: "uniform2fv", [gl.FLOAT_VEC3]: "uniform3fv", [gl.FLOAT_VEC4]: "uniform4fv",
-                  [gl.UNSIGNED_INT]: "uniform1uiv", [gl.INT]: "uniform1iv", [gl.BOOL]: "uniform1iv" };
+                  [gl.UNSIGNED_INT]: "uniform1uiv", [gl.INT]: "uniform1iv", [gl.INT_VEC3]: "uniform3iv", [gl.BOOL]: "uniform1iv" };
 
 export function use(made, values) {
   if (!made.uniforms) finish(made);
   gl.useProgram(made.handle);
   for (const [name, { type, at }] of Object.entries(made.uniforms)) {
-    if (type === gl.SAMPLER_2D || type === gl.SAMPLER_3D) {
+    if (samplers.includes(type)) {
       gl.uniform1i(at, units[name]);
       continue;
     }
@@ -159,22 +157,17 @@ export async function anyPassed(query) {
 
 // ---- the map's factors ----
 export const factorsAreIn = isBlock ? "block" : "texture";
-const factorRows = Math.ceil(5 * Math.max(groups, 1) / 256);  // rows of a texture; a block gets as much
-const factorsAt = isBlock ? gl.createBuffer() : texture(gl.RGBA32F, [256, factorRows]);
-const packed = new Float32Array(1024 * factorRows);
-
-/** Hands a map's factors to all programs. */
-export function uploadFactors(factors = []) {
-  packed.fill(0);
-  factors.forEach((f, k) => {
-    packed[k] = f.exponent;
-    packed.set(f.center, 4 * groups + 4 * k);
-  });
+/** Hands the factors, as the host has packed them, to all programs. */
+async function uploadFactors() {
+  const values = new Float32Array((await unpacked(scene.factors)).buffer);
   if (isBlock) {
-    gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, factorsAt);
-    gl.bufferData(gl.UNIFORM_BUFFER, packed, gl.DYNAMIC_DRAW);
+    gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, gl.createBuffer());
+    gl.bufferData(gl.UNIFORM_BUFFER, values, gl.STATIC_DRAW);
   } else {
-    bind("factors", gl.TEXTURE_2D, factorsAt);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 256, factorRows, gl.RGBA, gl.FLOAT, packed);
+    const rows = Math.ceil(values.length / 1024), whole = new Float32Array(1024 * rows);
+    whole.set(values);
+    bind("factors", gl.TEXTURE_2D, texture(gl.RGBA32F, [256, rows]));
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 256, rows, gl.RGBA, gl.FLOAT, whole);
   }
 }
+if (groups > 0) await uploadFactors();

@@ -10,31 +10,28 @@ float map_scaled_log(float log2_x2) { return log2_x2 * (0.5 * QJ_LN2) + map_log_
 
 #include QJ_MODULUS
 #include QJ_VERSOR
+#include knobs.glsl
 
 // L + k (f - L) where f > L, else f.
-float map_steep(float f) { return f + map_steeper * max(f - map_surface_level, 0.0); }
+float map_steep(float f) { return f + (map_steepness - 1.0) * max(f - map_surface_level, 0.0); }
 
 #include QJ_PAINT
 
-float plain_modulus(vec4 q) { return painted(map_steep(kind_modulus(q)), q); }
-
-vec4 plain_modulus_gradient(vec4 q) {
-  vec4 g = kind_modulus_gradient(q);
-  float f = kind_modulus(q);
-  if (f > map_surface_level) g *= 1.0 + map_steeper;
-  return painted_gradient(g, map_steep(f), q);
-}
+float plain_modulus(vec4 q) { return painted(map_steep(map_turned(kind_modulus(q))), q); }
 
 float plain_safe_step(vec4 q, float far_level, float steepest) {
-  float nearest, f = map_steep(kind_modulus_near(q, nearest));
+  float nearest, f = map_steep(map_turned(kind_modulus_near(q, nearest)));
   return min((f - far_level) / steepest, nearest);
 }
 
-// ln |q|, the F of a point no iterate was run on.
-float map_log_radius(vec4 q) { return 0.5 * QJ_LN2 * lane_log2(max(dot(q, q), QJ_TINY)); }
+// ln of the distance from the origin, the F of a point no iterate was run on.
+float map_log_radius(vec4 q) {
+  q -= map_origin();
+  return 0.5 * QJ_LN2 * lane_log2(max(dot(q, q), QJ_TINY));
+}
 
 // The image of q, whose F is f.
-vec4 plain_image(vec4 q, float f) { return lane_exp(min(f, 40.0)) * map_versor(q); }
+vec4 plain_image(vec4 q, float f) { return map_origin() + lane_exp(min(f, 40.0)) * map_versor(q); }
 
 #include QJ_PORTALS
 

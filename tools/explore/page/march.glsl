@@ -12,24 +12,25 @@
 uniform sampler2D before;  // draws read one texture and write another, by turns
 uniform int draw;          // 0 begins
 uniform vec2 jitter;
-uniform vec3 seen_low, seen_high;  // what cuts leave, map coordinates
-// The grid, in coordinates of its own, to which `to_grid` leads from the map's.
-uniform highp sampler3D grid;
-uniform mat4 to_grid;
-uniform vec3 grid_low, grid_high, grid_points;
-uniform float grid_step;
-uniform float grid_slope, grid_base;  // F_1 = slope * grid + base, before map_steep
+uniform vec3 box_low, box_high;  // of the shape, map coordinates
+uniform vec3 cut;                // where the set is cut open, shares of the box; 1: it is not
+uniform highp sampler3D grid;  // of grid.glsl
+uniform vec3 grid_low, grid_high, grid_cells;
 uniform highp sampler2D hints;        // a coarser picture's result
 uniform float hint_step;              // width of its pixels, map units; 0: no hints
 uniform float hint_divisor;           // its pixels are so many of these
-uniform float far_level, steepest, radius, shortest, tolerance;
+uniform float band_slope;  // of the file's F_1 where the band of undecided points ends
+uniform float footprint;   // a pixel's width, map units
 uniform int iterations, turns;
 out vec4 result;
 
+// An orbit whose F_1 is above the first is decided; F_1 rises by the second a map unit at most.
+float far_level, steepest;
+
 float grid_safe_step(vec3 p) {
-  vec3 at = (mat3(to_grid) * p + to_grid[3].xyz - grid_low) / (grid_high - grid_low);
-  vec2 g = textureLod(grid, (at * (grid_points - 1.0) + 0.5) / grid_points, 0.0).xy;
-  float plain = min((map_steep(grid_slope * g.x + grid_base) - far_level) / steepest, g.y);
+  vec3 at = (p - grid_low) / (grid_high - grid_low);
+  vec2 g = textureLod(grid, (at * grid_cells + 0.5) / (grid_cells + 1.0), 0.0).xy;
+  float plain = min((map_steep(map_raised(g.x)) - far_level) / steepest, g.y);
   return map_safe_step(vec4(p, map_slice), iterations, far_level, steepest, plain);
 }
 
@@ -57,14 +58,24 @@ float hint() {
 
 void main() {
   vec3 ray = view_direction(gl_FragCoord.xy + jitter);
-  float middle = -dot(eye, ray), half2 = middle * middle + radius * radius - dot(eye, eye);
+  float log_radius = min(map_log_escape, map_log_outer), radius = exp(log_radius);
+  far_level = iterations == 1 ? map_surface_level : log_radius;
+  steepest = max(MAP_SHARPNESS * map_steepness * band_slope, 1e-3);
+  // The shell is 1 / steepest thick.
+  float thin = PORTALS > 0 ? 0.0 : 1.0 / (40.0 * steepest);
+  float shortest = min(max(footprint, thin), 1.0 / (6.0 * steepest));
+  float tolerance = footprint / 4.0;
+  vec3 foot = eye - map_origin().xyz;
+  float middle = -dot(foot, ray), half2 = middle * middle + radius * radius - dot(foot, foot);
   float half_chord = sqrt(max(half2, 0.0));
-  vec2 seen = chord(eye, ray, seen_low, seen_high);
-  vec2 known = chord((to_grid * vec4(eye, 1)).xyz, mat3(to_grid) * ray, grid_low, grid_high);
+  // Nothing is cut away at 1.
+  vec3 seen_high = mix(mix(box_low, box_high, cut), vec3(1e6), greaterThanEqual(cut, vec3(1)));
+  vec2 seen = chord(eye, ray, vec3(-1e6), seen_high);
+  vec2 known = chord(eye, ray, grid_low, grid_high);
   float start = max(max(seen.x, known.x), max(middle - half_chord, 0.0));
   float end = half2 < 0.0 ? 0.0 : min(min(seen.y, known.y), middle + half_chord);
-  float near = 0.25 * grid_step;
-  float above = min(map_log_escape, map_log_outer);
+  vec3 cell = (grid_high - grid_low) / grid_cells;
+  float grid_step = max(cell.x, max(cell.y, cell.z)), near = 0.25 * grid_step;
 
   float t, outside = start, mode = MARCHING, count = 0.0;
   if (draw > 0) {
@@ -105,7 +116,7 @@ void main() {
     float f = map_modulus(q);
     share *= paint_share(q);
     ++done, count += 1.0;
-    if (done < iterations && f < above && f > map_log_inner) {  // undecided: to the image
+    if (done < iterations && f < log_radius && f > map_log_inner) {  // undecided: to the image
       q = map_image(q, f), count += 4096.0;
       continue;
     }

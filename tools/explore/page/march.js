@@ -1,8 +1,8 @@
 // Marches the rays of a view: a few turns of each per draw, over as many tiles at once as should take
 // about 25 ms.
 import { anyPassed, bind, drawAll, drawn, drawTo, gl, keptTexture, program, use } from "./gl.js";
-import { asked, evaluate } from "./field.js";
 import { bindGrid } from "./grid.js";
+import { evaluate } from "./points.js";
 
 const march = program("march.glsl");
 const turns = 8;      // that a ray takes in a draw call
@@ -17,7 +17,7 @@ export function measure(uniforms) {
     const points = new Float32Array(4 * count);
     for (let i = 0; i < count; ++i) points.set([0.3 + 1e-5 * i, 0.2, 0.1, 0], 4 * i);
     const start = performance.now();
-    evaluate(uniforms, points, asked.field, { iterations: 2 });
+    evaluate(uniforms, points, 2);
     return performance.now() - start;
   };
   time(64);  // drivers finish compiling at the first draw
@@ -29,12 +29,10 @@ export function measure(uniforms) {
 
 /** Depths of a whole view: { view, depths } with a texture as march.glsl says; null where isStale() says,
  * meanwhile, that nobody waits for it. @param coarse such a result whose depths are hints, or null. */
-export async function marchView(scene, view, seen, name, jitter, coarse, isStale) {
-  const { columns, rows, footprint } = view;
+export async function marchView(uniforms, view, name, jitter, coarse, isStale) {
+  const { columns, rows } = view;
   const values = {
-    ...scene.uniforms, ...view, ...seen, jitter, turns,
-    shortest: Math.min(Math.max(footprint, scene.map.portals?.length ? 0 : scene.shell / 40), scene.shell / 6),
-    tolerance: footprint / 4,
+    ...uniforms, ...view, jitter, turns,
     hint_step: coarse ? coarse.view.footprint : 0, hint_divisor: coarse ? coarse.view.divisor / view.divisor : 1,
   };
   const pair = [0, 1].map((i) => keptTexture(`${name} ${i}`, gl.RGBA32F, columns, rows));
@@ -50,7 +48,7 @@ export async function marchView(scene, view, seen, name, jitter, coarse, isStale
       if (isStale()) return null;
       let expected = costs[from];
       for (; to < tiles && !finished[to] && expected + costs[to] <= drawMs; ++to) expected += costs[to];
-      bindGrid(scene.grid);
+      bindGrid();
       bind("hints", gl.TEXTURE_2D, coarse ? coarse.depths : pair[1 - draw % 2]);
       bind("before", gl.TEXTURE_2D, pair[1 - draw % 2]);
       drawTo(pair[draw % 2], columns, rows);

@@ -3,10 +3,10 @@ import { byId, canvas, fail, followTheme, isDarkTheme, resizeCanvas, root } from
 import { viewOf } from "./camera.js";
 import { renderCommand, surfaceCommand } from "./command.js";
 import { button, note, toggleControls } from "./controls.js";
-import { toShape, turned } from "./map.js";
+import { frame, toShape } from "./map.js";
 import { listen } from "./pointer.js";
 import { askPicture, saveMap, savePicture } from "./save.js";
-import { change, followAddress, hasDarkBackdrop, knobsOf, onChange, state, written } from "./state.js";
+import { change, followAddress, hasDarkBackdrop, onChange, state, written } from "./state.js";
 
 const given = new URLSearchParams(location.search);
 const fixed = /^(\d{1,4})x(\d{1,4})$/.exec(given.get("size") ?? "");
@@ -16,7 +16,9 @@ const report = (share) => {
   else byId("progress").removeAttribute("value");  // how much is done is not known yet
 };
 
-/** What draws: { draw(options), isCoarse(), mapFile(), most }, with `draw` as picture.js has it, and `most` pixels a side. */
+/** What draws: { draw(options), isCoarse(), mapFile(), rangeNow(), most }: `draw` as picture.js has it; `mapFile` gives { text, name }
+ * of a file that is saved and, where its knobs are not turned, the command that turns them; `rangeNow` the material's range,
+ * or null where each picture has its own; `most` pixels a side. */
 let renderer = null;
 
 /** Gives the canvas as many pixels as are seen of it, or as the address says; returns whether it had others. */
@@ -55,17 +57,19 @@ function showChange(settled) {
   refresh(!settled);
 }
 
+const commandNow = () => renderCommand(canvas.width, canvas.height, renderer.rangeNow());
+
 /** The point in the middle and a pixel's width there, shape units and CSS pixels. */
 function whereNow() {
-  const m = turned(knobsOf()), view = viewOf(state, m, canvas.width, canvas.height, 1);
+  const view = viewOf(state, canvas.width, canvas.height, 1);
   const ratio = canvas.width / canvas.clientWidth;
-  return { middle: toShape(view.middle, m), pixel: view.footprint * ratio / m.shape_to_map.scale };
+  return { middle: toShape(view.middle), pixel: view.footprint * ratio / frame.scale };
 }
 
-async function copy(text) {
+async function copy(text, words = "copied: ") {
   try {
     await navigator.clipboard.writeText(text);
-    note(`copied: ${text}`, 6);
+    note(words + text, 6);
   } catch {
     note(text, 30);  // to be copied by hand
   }
@@ -92,13 +96,15 @@ async function savePictureAsAsked() {
 }
 
 byId("savers").append(
-  button("Copy as command", "The qjulia render line that makes this picture", () => copy(renderCommand(canvas.width, canvas.height))),
+  button("Copy as command", "The qjulia render line that makes this picture", () => copy(commandNow())),
   button("Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
   button("Copy link", "This page with all that is set: a link is a shape", () => copy(location.href)),
   button("Save picture", "A picture file whose size you choose", savePictureAsAsked),
-  button("Save map", "The map with its knobs turned, as a file for qjulia", async () => {
-    const text = await renderer.mapFile();
-    if (text) saveMap(text);
+  button("Save map", root.dataset.renderer === "webgl" ? "The map as it was shared, and the command that turns its knobs"
+                                                       : "The map with its knobs turned, as a file for qjulia", async () => {
+    const saved = await renderer.mapFile();
+    if (saved) saveMap(saved.text, saved.name);
+    if (saved?.command) copy(saved.command, "saved as it was shared; copied, to turn its knobs: ");
   }),
   button("Dark or light", "Theme of the page, and of the backdrop unless one is chosen", () => {
     root.dataset.theme = isDarkTheme() ? "light" : "dark";
@@ -120,5 +126,5 @@ export function start(draws) {
   }).observe(canvas);
   showChange(true);
   // For programs that drive the page, tests among them.
-  globalThis.qjulia = { state, change, renderCommand: () => renderCommand(canvas.width, canvas.height), surfaceCommand };
+  globalThis.qjulia = { state, change, renderCommand: commandNow, surfaceCommand };
 }

@@ -69,7 +69,7 @@ float map_safe_step(vec4 q, int iterations, float far_level, float steepest, flo
     float rim = portal_distance(q, i);
     if (rim >= safe) continue;
     vec4 p = portal_similarity(q, i);
-    float beyond = length(p) - exp(far_level);
+    float beyond = length(p - map_origin()) - exp(far_level);
     if (iterations > 1) {
       beyond = min(plain_safe_step(p, far_level, steepest), distance_to_portals(p));
     }

@@ -6,12 +6,6 @@ float kind_modulus(vec4 q) {
   return map_scaled_log(lane_log2(max(dot(g, g), QJ_TINY)));
 }
 
-vec4 kind_modulus_gradient(vec4 q) {
-  vec4 g = q_square_plus(q, modulus_c);
-  float s = 2.0 / max(dot(g, g), QJ_TINY);
-  return s * vec4(dot(q, g), q.x * g.yzw - g.x * q.yzw);
-}
-
 // Its zeros lie inside the set, where no ray goes.
 float kind_modulus_near(vec4 q, out float nearest) {
   nearest = 1e15;

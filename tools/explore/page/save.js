@@ -38,4 +38,6 @@ export async function savePicture(canvas, { name, format }) {
   download(blob, `.${format}`, name);
 }
 
-export const saveMap = (text) => download(new Blob([text], { type: "application/json" }), "_turned.qjulia.json");
+export const saveMap = (text, name) => download(new Blob([text], { type: "application/json" }), "", name);
+/** The name of the page's map as a file, or of another that is made of it. */
+export const mapFileName = (end = "") => `${mapName}${end}.qjulia.json`;

@@ -1,90 +1,34 @@
-// The map as its knobs stand, ready to be drawn: calibrated, with the radii, grid and slopes that the
-// march needs. Each is made again only where a knob changes it.
-import { map, toMap, turned } from "./map.js";
-import { effectiveRadius, extremes, stopRadii, uniformsOf } from "./field.js";
-import { makeGrid, slopeAt } from "./grid.js";
-import { gl, uploadFactors } from "./gl.js";
-import { bears } from "./settings.js";
-import { knobsOf, written } from "./state.js";
-import { apply, plus, times, transpose } from "./vectors.js";
+// What the host has baked of this page's map (tools/explore/page_scene.hpp), looked up for where the knobs stand.
+import { byId } from "./dom.js";
+import { unpacked } from "./packed.js";
 
-const coarseCells = 40, fineCells = 64;  // cells of a grid's longest side, while a slice moves and once it rests
-let grid = null, table = null, calibration = null;
+/** { files, portals, factors, groups, uniforms, phase, table, ranges }. */
+export const scene = JSON.parse(byId("scene").textContent);
+const { table } = scene;
+const entries = await unpacked(table.entries), entryBytes = 5;
 
-/** Whether the grid was made in haste. */
-export const isCoarse = () => grid !== null && grid.cells < fineCells;
+/** The cell of rising nodes that holds a value; beyond their range, the one at its end. */
+const cellOf = (nodes, value) => nodes.slice(1, -1).filter((node) => node <= value).length;
 
-/** The map with its knobs turned, calibrated. @throws where the origin leaves the shape. */
-function turnedMap(knobs) {
-  const m = turned(knobs);
-  if (knobs.drift !== 0 && bears("drift")) {
-    const key = [knobs.drift, knobs.rotate, knobs.axis].join();
-    if (calibration?.key !== key) {
-      uploadFactors(m.factors);
-      calibration = { key, radius: effectiveRadius(m) };
-    }
-    if (calibration.radius === 0) throw new Error("the drift moves the origin out of the shape: use less");
-    m.log_scale += Math.log(calibration.radius) - m.surface_level;
-    m.surface_level = Math.log(calibration.radius);
-  }
-  m.log_scale -= Math.log(knobs.scale);
-  return m;
+/** The host's list over rising nodes, linear in between. */
+function between(nodes, list, value) {
+  const after = nodes.findIndex((node) => node >= value);
+  if (after <= 0) return list.at(after);
+  return list[after - 1] + (value - nodes[after - 1]) / (nodes[after] - nodes[after - 1]) * (list[after] - list[after - 1]);
 }
 
-/** The map with its knobs turned, as a map file: what qjulia convert would make of it. */
-export function mapFile() {
-  const m = turnedMap(knobsOf());
-  for (const key of ["steep", "turn", "offset"]) delete m[key];
-  for (const portal of m.portals ?? []) delete portal.matrix;
-  if (m.steepness === 1) delete m.steepness;
-  if (m.steepness || m.diagonal) m.version = 2;
-  m.provenance = { ...m.provenance, turned: { page: written() } };
-  return JSON.stringify(m, null, 1) + "\n";
-}
-
-/** @param isMoving a coarse grid will do. */
-export async function makeScene(knobs, iterations, isMoving) {
-  const cells = isMoving ? coarseCells : fineCells;
-  const m = turnedMap(knobs), level = m.surface_level ?? 0, base = level - Math.log(knobs.scale);
-  if (table === null || table.drift !== knobs.drift) {  // not every map bears a drift
-    // Turning about the origin changes nothing on spheres about it; detail and scale change it all alike.
-    const plain = turned({ ...knobs, rotate: 0, order: 0, detail: map.detail });
-    uploadFactors(plain.factors);
-    table = { drift: knobs.drift, rows: extremes(plain) };
-  }
-  const steep = (f) => f > level ? level + m.steepness * (f - level) : f;
-  const radii = stopRadii(table.rows, (g) => steep(m.steep * g + base), m);
-  const radius = Math.min(radii.outer, radii.escape), far = iterations === 1 ? level : Math.log(radius);
-  // Without steepness, so that it asks for no grid of its own.
-  const needed = (Math.min(far, level + 6) - base) / m.steep;
-  if (!grid || grid.slice !== knobs.slice || grid.most < needed || grid.cells < cells) {
-    const next = await makeGrid(knobs.slice, Math.max(2.5, 1.3 * needed), cells);
-    if (grid) gl.deleteTexture(grid.handle);
-    grid = next;
-  }
-  uploadFactors(m.factors);
-  const bent = (level + (far - level) / m.steepness - base) / m.steep;
-  const steepest = Math.max(m.steep * m.steepness * slopeAt(grid, bent), 1e-3);
+/** { uniforms, grid }: what shaders take of a map with these knobs. @param knobs as `knobsOf` has them. */
+export function look(knobs, iterations) {
+  const cell = table.knobs.reduce((at, { knob, nodes }) => at * (nodes.length - 1) + cellOf(nodes, knobs[knob]), 0);
+  const [inner, outer, band, slope, singleSlope] = entries.subarray(entryBytes * cell, entryBytes * (cell + 1));
+  const slice = cellOf(table.slices, knobs.slice), [map_log_outer, map_log_escape] = table.outer[outer];
   return {
-    map: m, grid,
-    uniforms: { ...uniformsOf(m, radii), far_level: far, steepest, radius, iterations,
-                to_grid: gridMatrix(m), grid_low: grid.low, grid_high: grid.high, grid_points: grid.points,
-                grid_step: grid.step, grid_slope: m.steep, grid_base: base },
-    shell: 1 / steepest,
+    grid: { ...table.grids[slice][band], slice: knobs.slice, band },
+    uniforms: {
+      ...scene.uniforms, groups: scene.groups, iterations, map_log_inner: table.inner[inner], map_log_outer, map_log_escape,
+      map_surface_level: between(table.drifts, table.levels, knobs.drift), band_slope: table.slopes[slice][iterations === 1 ? singleSlope : slope],
+      knob_detail: knobs.detail, knob_drift: knobs.drift, knob_scale: knobs.scale,
+      map_slice: knobs.slice, map_phase: knobs.phase, map_steepness: knobs.steepness,
+    },
   };
-}
-
-/** Columns of the matrix from map coordinates to the grid's, the file's: x = turn^T (p - offset). */
-const gridMatrix = ({ turn, offset }) => [...turn.map((row) => [...row, 0]), [...times(-1, apply(transpose(turn), offset)), 1]];
-
-/** What cuts leave, map coordinates. */
-export function seenBox(m, state) {
-  const far = 1e6, low = [-far, -far, -far], high = [far, far, far];
-  if (m.box) {
-    ["cutx", "cuty", "cutz"].forEach((name, i) => {
-      if (state[name] >= 100) return;
-      high[i] = toMap(plus(times(1 - state[name] / 100, m.box[0]), m.box[1], state[name] / 100), m)[i];
-    });
-  }
-  return { seen_low: low, seen_high: high };
 }

@@ -3,7 +3,10 @@ import { canvas, tellPass } from "./dom.js";
 import { queryOf } from "./command.js";
 import { offerFiles } from "./make.js";
 import { start } from "./page.js";
-import { ask } from "./server.js";
+import { mapFileName } from "./save.js";
+import { ask, asked_json } from "./server.js";
+import { isOutlined, setOutline, turnOf } from "./outline.js";
+import { state } from "./state.js";
 
 const context = canvas.getContext("2d");
 let newest = 0, request = null;
@@ -17,6 +20,13 @@ function stages(width, height, samples) {
   const drafts = [coarsest, coarsest / 2.5].filter((ratio, i) => i === 0 || ratio > 1.2)
     .map((ratio) => ({ size: `${Math.ceil(width / ratio)}x${Math.ceil(height / ratio)}`, samples: 1, draft: 1 }));
   return [...drafts, { size: `${width}x${height}`, samples: samples > 0 ? 2 : 1 }];
+}
+
+/** Has the outline turned as the state turns the shape. */
+async function followTurn() {
+  if (isOutlined()) return;
+  const turn = turnOf(state);
+  setOutline(turn, await asked_json("outline", "GET", { rotate: turn }));
 }
 
 let draft = Promise.resolve();  // the draft that is being drawn
@@ -41,6 +51,8 @@ async function drawServed(options) {
   // A draft is never cut short: while something moves, drafts are what keeps up.
   await draft;
   if (isStale()) return false;
+  await followTurn();
+  if (isStale()) return false;
   served.frames = [];
   const all = stages(canvas.width, canvas.height, options.samples);
   try {
@@ -58,9 +70,12 @@ async function drawServed(options) {
   return true;
 }
 
-/** Undefined where the map was asked for again in between. */
-const servedMap = async () => (await ask("map", queryOf()))?.text();
+/** Null where the map was asked for again in between. */
+async function servedMap() {
+  const bytes = await ask("map", queryOf());
+  return bytes && { text: await bytes.text(), name: mapFileName("_turned") };
+}
 
 offerFiles();
-start({ draw: drawServed, isCoarse: () => false, mapFile: servedMap, most: 4096 });
+start({ draw: drawServed, isCoarse: () => false, mapFile: servedMap, rangeNow: () => null, most: 4096 });
 Object.assign(globalThis.qjulia, { figures: served, mapFile: servedMap });

@@ -14,7 +14,7 @@ async function fetched(path, query, options) {
 }
 
 /** What a path tells at once. */
-export const asked_json = async (path, method = "GET") => (await fetched(path, {}, { method })).json();
+export const asked_json = async (path, method = "GET", query = {}) => (await fetched(path, query, { method })).json();
 
 function joined(a, b) {
   const both = new Uint8Array(a.length + b.length);

@@ -1,24 +1,32 @@
 // The page of `qjulia share`: the viewer's own graphics draw.
 import { canvas, fail } from "./dom.js";
-import { factorsAreIn, gl, uploadFactors } from "./gl.js";
-import { uploadDistances, uploadPaint } from "./splines.js";
-import { asked, evaluate, uniformsOf } from "./field.js";
-import { map } from "./map.js";
+import { convertCommand } from "./command.js";
+import { factorsAreIn, gl } from "./gl.js";
+import { isCoarse } from "./grid.js";
+import { mapText } from "./map.js";
 import { start } from "./page.js";
-import { depths, draw, figures } from "./picture.js";
-import { isCoarse, mapFile } from "./scene.js";
-import { usualEscape } from "./settings.js";
+import { depths, draw, figures, rangeNow } from "./picture.js";
+import { evaluate } from "./points.js";
+import { mapFileName } from "./save.js";
+import { look, scene } from "./scene.js";
+import { settings } from "./settings.js";
+import { uploadDistances, uploadPaint } from "./splines.js";
+import { differs, knobsOf, namesOf, state } from "./state.js";
 
 canvas.addEventListener("webglcontextlost", () => fail(new Error("the browser has taken its graphics away: load the page again")));
 await uploadDistances();
 await uploadPaint();
-start({ draw, isCoarse, mapFile, most: gl.getParameter(gl.MAX_TEXTURE_SIZE) });
+const mapFile = () => {
+  const name = mapFileName();
+  return { text: mapText(), name, command: differs(...settings.map.flatMap(namesOf)) ? convertCommand(name) : null };
+};
+start({ draw, isCoarse, mapFile, rangeNow, most: gl.getParameter(gl.MAX_TEXTURE_SIZE) });
 
-/** F_n of the map as it is in the file, or with 0 iterations its versor, at an array of points [X, Y, Z, W]. */
+const looked = () => look(knobsOf(scene.phase), state.iterations);
+
+/** F_n of the map with its knobs and an escape radius of 20, or with 0 iterations its versor, at an array of points [X, Y, Z, W]. */
 function at(points, iterations) {
-  uploadFactors(map.factors);
-  const wanted = iterations > 0 ? asked.field : asked.versor;
-  const uniforms = uniformsOf(map, { inner: 0, outer: Infinity, escape: usualEscape });
-  return [...evaluate(uniforms, new Float32Array(points.flat()), wanted, { iterations })];
+  const { uniforms } = looked();
+  return [...evaluate({ ...uniforms, map_log_escape: Math.log(20) }, new Float32Array(points.flat()), iterations)];
 }
-Object.assign(globalThis.qjulia, { depths, figures, mapFile, at, factorsAreIn });
+Object.assign(globalThis.qjulia, { depths, figures, mapFile, at, factorsAreIn, looked });

@@ -1,8 +1,7 @@
 // What the controls say: one flat object, which the address holds too. A link is a shape.
-import { map, phaseOf } from "./map.js";
 import { byId, isDarkTheme } from "./dom.js";
 import { settings } from "./settings.js";
-import { axisOf } from "./vectors.js";
+import { axisOf, phaseOf } from "./vectors.js";
 
 /** Colours by the palettes' names, the default's first. */
 export const palettes = JSON.parse(byId("palettes").textContent);
@@ -35,7 +34,7 @@ export const differs = (...names) => names.some((name) => state[name] !== usual[
 export const hasDarkBackdrop = () => state.backdrop === "dark" || (state.backdrop === backdrops[0] && isDarkTheme());
 
 /** The names of a setting's controls. */
-const namesOf = (setting) => setting.controls.map((control) => control.name);
+export const namesOf = (setting) => setting.controls.map((control) => control.name);
 
 const valueMakers = {
   phase: phaseOf,
@@ -51,14 +50,11 @@ const valuesOf = (setting) => (valueMakers[setting.type] ?? ((values) => values)
 export const changed = (part) => settings[part].filter((setting) => differs(...namesOf(setting)))
   .map((setting) => [setting.option, valuesOf(setting).map(short)]);
 
-/** The knobs that the state stands for, as `turned` takes them. */
-export function knobsOf() {
-  const hasOwnPhase = !differs("phase1", "phase2", "phase3");
-  return {
-    detail: state.detail, order: state.order, slice: state.slice, drift: state.drift, rotate: state.rotate,
-    phase: hasOwnPhase ? map.phase ?? [1, 0, 0, 0] : phaseOf([state.phase1, state.phase2, state.phase3]),
-    axis: axisOf(state.axis ?? "x"), scale: state.scale, steepness: state.steepness,
-  };
+/** The knobs that the state stands for, as shaders take them. @param ownPhase that of the map's file. */
+export function knobsOf(ownPhase) {
+  const { detail = 1, drift = 0, scale, steepness, slice, phase1, phase2, phase3 } = state;
+  return { detail, drift, scale, steepness, slice,
+           phase: differs("phase1", "phase2", "phase3") ? phaseOf([phase1, phase2, phase3]) : ownPhase };
 }
 
 const isIn = (name, value) => Number.isFinite(value) && value >= ranges[name][1] && value <= ranges[name][2] &&

@@ -5,7 +5,8 @@
 uniform highp sampler2D depths;
 uniform vec2 jitter;
 uniform float width;
-uniform vec4 height;  // in shape units: dot(height, (p, 1))
+uniform vec3 upright, shape_translation;
+uniform float shape_scale;  // map units
 uniform int iterations;
 uniform int kind;  // as in layout/picture_layout.h; 4: height
 out vec4 result;
@@ -28,7 +29,8 @@ void iterate(inout vec4 corners[4]) {
   for (int i = 0; i < 4; ++i) {
     float f = map_modulus(corners[i]);
     corners[i] = map_image(corners[i], f);
-    vec4 unit = corners[i] * lane_rsqrt(max(dot(corners[i], corners[i]), QJ_TINY));
+    vec4 unit = corners[i] - map_origin();
+    unit *= lane_rsqrt(max(dot(unit, unit), QJ_TINY));
     direction += 0.25 * unit;
     angle += 0.25 * abs(unit.x);
     openness += 0.25 * openness_of(f);
@@ -101,7 +103,7 @@ void main() {
   }
   vec3 p = eye + t * view_direction(gl_FragCoord.xy + jitter);
   if (kind == 4) {
-    result = vec4(dot(height, vec4(p, 1.0)));
+    result = vec4(dot(upright, p - shape_translation) / shape_scale);
   } else if (kind == 3) {
     result = vec4(factor_trait(vec4(p, map_slice)));
   } else {

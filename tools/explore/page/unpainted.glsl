@@ -1,4 +1,3 @@
 // A map whose detail is the same everywhere: kernels/unpainted.clh.
 float paint_share(vec4 q) { return 1.0; }
 float painted(float f, vec4 q) { return f; }
-vec4 painted_gradient(vec4 gradient, float f, vec4 q) { return gradient; }

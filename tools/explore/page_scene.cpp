@@ -1,0 +1,286 @@
+#include "explore/page_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "base/base64.hpp"
+#include "base/deflate.hpp"
+#include "explore/scene_table.hpp"
+#include "qjulia/base/material_range.hpp"
+#include "qjulia/map/distance_grid.hpp"
+#include "qjulia/map/knob_table.hpp"
+#include "qjulia/picture/picture.hpp"
+#include "qjulia/picture/picture_settings.hpp"
+
+namespace qjulia::explore {
+namespace {
+
+using nlohmann::json;
+
+/// As shaders have it: the shortest text that means the same in 32 bits, and nothing infinite.
+double shader_number(double value) {
+  return std::stod(fmt::format("{}", static_cast<float>(std::clamp(value, -1e30, 1e30))));
+}
+
+/// What was measured is known to fewer digits.
+double measured_number(double value) {
+  return std::stod(fmt::format("{:.5g}", std::clamp(value, -1e30, 1e30)));
+}
+
+json list_of(const Eigen::Vector3d& v) {
+  return {shader_number(v.x()), shader_number(v.y()), shader_number(v.z())};
+}
+
+json list_of(const Quaternion& q) {
+  return {shader_number(q.x), shader_number(q.y), shader_number(q.z), shader_number(q.w)};
+}
+
+json list_of(const std::array<int, 3>& cells) { return json(cells); }
+
+/// Little-endian, as browsers' typed arrays are on all machines that have them.
+template <class Number>
+std::string packed(std::span<const Number> values) {
+  return base::base64(base::deflated(
+      {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number)}));
+}
+
+/// The values of the uniforms that KIND_modulus.glsl and KIND_versor.glsl declare.
+struct KindUniforms {
+  json& uniforms;
+
+  void operator()(const FactorsModulus&) const {}
+  void operator()(const QuadraticModulus& modulus) const {
+    uniforms["modulus_c"] = list_of(modulus.c);
+  }
+  void operator()(const DistanceModulus& modulus) const {
+    uniforms["distance_per_shell"] = shader_number(1 / modulus.shell);
+    uniforms["distance_inradius"] = shader_number(modulus.inradius);
+    uniforms["distance_fourth"] = modulus.fourth == FourthCoordinate::round ? 1 : 0;
+    uniforms["distance_step"] = shader_number(modulus.step);
+    uniforms["distance_origin"] = list_of(modulus.origin);
+    uniforms["distance_cells"] = list_of(modulus.grid->data().cells);
+  }
+  void operator()(const FactorsVersor&) const {}
+  void operator()(const QuadraticVersor& versor) const { uniforms["versor_c"] = list_of(versor.c); }
+  void operator()(const NoiseVersor& versor) const {
+    uniforms["noise_octaves"] = versor.octaves;
+    uniforms["noise_scale"] = shader_number(versor.scale);
+    uniforms["noise_seed"] = versor.seed;
+    uniforms["noise_components"] = versor.values == NoiseValues::quaternions ? 4 : 3;
+    uniforms["noise_origin"] = list_of(versor.origin);
+  }
+};
+
+void add_portals(const std::vector<Portal>& portals, json& uniforms) {
+  uniforms["portal_count"] = portals.size();
+  const auto mask_number = [](PortalMask mask) {
+    switch (mask) {
+      case PortalMask::none:
+        return 0;
+      case PortalMask::outside:
+        return 1;
+      case PortalMask::inside:
+        return -1;
+    }
+    return 0;
+  };
+  for (const Portal& portal : portals) {
+    json ball = list_of(portal.center), destination = list_of(portal.destination);
+    ball.push_back(shader_number(portal.radius));
+    destination.push_back(mask_number(portal.mask));
+    uniforms["portal_balls"].push_back(ball);
+    uniforms["portal_destinations"].push_back(destination);
+    const Eigen::Matrix3d matrix = portal.scale * portal.rotation.matrix();
+    for (int column = 0; column < 3; ++column) {
+      uniforms["portal_matrices"].push_back(list_of(Eigen::Vector3d(matrix.col(column))));
+    }
+    uniforms["portal_scales"].push_back(shader_number(portal.scale));
+  }
+}
+
+json uniforms_of(const Map& map) {
+  const auto& [dynamics, layers, frame] = std::tie(map.dynamics, map.layers, map.frame);
+  // A grid is steep by its shell, and factors beside it stay.
+  const bool has_grid = std::holds_alternative<DistanceModulus>(dynamics.modulus);
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  const Box box = frame.box ? frame.shape_to_map.to_map(*frame.box) : Box{none, none};
+  json uniforms = {
+      {"map_log_scale", shader_number(dynamics.log_scale)},
+      {"map_file_level", shader_number(dynamics.surface_level)},
+      {"map_own_detail", shader_number(frame.detail.value_or(1))},
+      {"map_inradius", shader_number(frame.inradius.value_or(0) * frame.shape_to_map.scale)},
+      {"factors_follow_detail", has_grid ? 0 : 1},
+      {"shape_scale", shader_number(frame.shape_to_map.scale)},
+      {"shape_translation", list_of(frame.shape_to_map.translation)},
+      {"box_low", list_of(box.low)},
+      {"box_high", list_of(box.high)}};
+  std::visit(KindUniforms{uniforms}, dynamics.modulus);
+  std::visit(KindUniforms{uniforms}, dynamics.versor);
+  if (const auto& paint = layers.paint) {
+    uniforms["paint_origin"] = list_of(paint->origin);
+    uniforms["paint_step"] = shader_number(paint->step);
+    uniforms["paint_cells"] = list_of(paint->cells);
+  }
+  if (!layers.portals.empty()) add_portals(layers.portals, uniforms);
+  return uniforms;
+}
+
+/// Exponents, four a group, then centres; those that fill up the last group have exponent 0.
+std::vector<float> factor_values(const std::vector<Factor>& factors) {
+  const std::size_t places = (factors.size() + 3) / 4 * 4;
+  std::vector<float> values(5 * places);
+  for (std::size_t k = 0; k < factors.size(); ++k) {
+    values[k] = static_cast<float>(factors[k].exponent);
+    const auto center = coordinates(factors[k].center);
+    for (std::size_t axis = 0; axis < 4; ++axis) {
+      values[places + 4 * k + axis] = static_cast<float>(center[axis]);
+    }
+  }
+  return values;
+}
+
+json shader_files(const Map& map) {
+  const auto file = [](const auto& kinds, const char* end) {
+    return std::visit([&](const auto& kind) { return kind.kName + std::string(end); }, kinds);
+  };
+  return {{"QJ_MODULUS", file(map.dynamics.modulus, "_modulus.glsl")},
+          {"QJ_VERSOR", file(map.dynamics.versor, "_versor.glsl")},
+          {"QJ_PAINT", map.layers.paint ? "painted.glsl" : "unpainted.glsl"},
+          {"QJ_PORTALS", map.layers.portals.empty() ? "without_portals.glsl" : "portals.glsl"}};
+}
+
+json rounded(const std::vector<double>& values) {
+  json all = json::array();
+  for (const double value : values) all.push_back(measured_number(value));
+  return all;
+}
+
+/// A grid's box, and numbers of cells while a slice moves and once it rests.
+json grid_json(const Box& box) {
+  constexpr int kCoarseCells = 40, kFineCells = 64;  // along the longest side
+  json made = {{"grid_low", rounded({box.low.begin(), box.low.end()})},
+               {"grid_high", rounded({box.high.begin(), box.high.end()})}};
+  for (const auto& [name, cells] : {std::pair{"coarse", kCoarseCells}, {"fine", kFineCells}}) {
+    const double cell = box.size().maxCoeff() / cells;
+    for (const double side : box.size()) {
+      made[name].push_back(std::max(1, static_cast<int>(std::ceil(side / cell))));
+    }
+  }
+  return made;
+}
+
+json table_json(const SceneTable& table) {
+  json made = {{"drifts", rounded(table.drifts)},
+               {"levels", rounded(table.levels)},
+               {"slices", rounded(table.slices.nodes)}};
+  for (const KnobNodes& knob : table.knobs) {
+    made["knobs"].push_back({{"knob", knob.knob}, {"nodes", rounded(knob.nodes)}});
+  }
+  std::vector<std::uint8_t> rows;
+  for (const SceneTable::Entry& entry : table.entries) {
+    rows.insert(rows.end(),
+                {entry.inner, entry.outer, entry.band, entry.slope, entry.single_slope});
+  }
+  made["entries"] = packed<std::uint8_t>(rows);
+  for (const double inner : table.inner) made["inner"].push_back(measured_number(std::log(inner)));
+  for (const OuterRadii& radii : table.outer) {
+    made["outer"].push_back(
+        {measured_number(std::log(radii.outer)), measured_number(std::log(radii.escape))});
+  }
+  for (const std::vector<Box>& of_cell : table.boxes) {
+    json boxes = json::array();
+    for (const Box& box : of_cell) boxes.push_back(grid_json(box));
+    made["grids"].push_back(boxes);
+  }
+  for (const std::vector<double>& of_cell : table.slopes)
+    made["slopes"].push_back(rounded(of_cell));
+  return made;
+}
+
+/// Equal parts of the palette.
+constexpr std::size_t kPaletteParts = 8;
+using PaletteValues = std::vector<double>;  ///< where they begin and end
+
+/// As `render` spreads the palette, over the set as its file has it, seen from all around.
+PaletteValues palette_values(const Device& device, const Map& map, Material material,
+                             int iterations, const std::stop_token& stop) {
+  constexpr int kAround = 6;
+  constexpr double kTilt = 20;
+  PictureOptions options;
+  options.keep_loose = true;
+  options.material = material;
+  options.iterations = iterations;
+  options.width = 160, options.height = 120;
+  options.camera.up = map.frame.up.value_or(kDefaultUp);
+  Studio studio = Studio::of_drafts(device, map, options, stop);
+  std::vector<Camera> cameras(kAround, options.camera);
+  for (int i = 0; i < kAround; ++i) {
+    cameras[static_cast<std::size_t>(i)].azimuth += 360.0 * i / kAround;
+    cameras[static_cast<std::size_t>(i)].elevation = i % 2 == 0 ? -kTilt : kTilt;
+  }
+  cameras = studio.aimed(cameras);
+  const MaterialRange range = range_over(studio.shown(cameras), material);
+  PaletteValues values = range.values();
+  if (values.size() == kPaletteParts + 1) return values;
+  values.clear();
+  for (std::size_t i = 0; i <= kPaletteParts; ++i) {
+    values.push_back(std::lerp(range.low, range.high, static_cast<double>(i) / kPaletteParts));
+  }
+  return values;
+}
+
+/// For each material and each number of iterations, from 1 on. Between the numbers that are
+/// measured, values are linear.
+json ranges_json(const Device& device, const Map& map, const std::stop_token& stop) {
+  const std::vector<int> many{1, 2, 4, 6, 10, 16}, few{1, 6, 16};
+  const std::pair<Material, const std::vector<int>&> materials[] = {{Material::iterations, many},
+                                                                    {Material::trap, many},
+                                                                    {Material::groove, few},
+                                                                    {Material::factor, few},
+                                                                    {Material::height, few}};
+  json all;
+  for (const auto& [material, nodes] : materials) {
+    if (material == Material::factor && map.dynamics.factors.empty()) continue;
+    json& of_material = all[to_string(material)];
+    PaletteValues before;
+    int last = 0;
+    for (const int n : nodes) {
+      const PaletteValues values = palette_values(device, map, material, n, stop);
+      if (before.empty()) before = values;
+      for (int i = last + 1; i <= n; ++i) {
+        PaletteValues row;
+        for (std::size_t k = 0; k < values.size(); ++k) {
+          row.push_back(std::lerp(before[k], values[k], double(i - last) / (n - last)));
+        }
+        of_material.push_back(rounded(row));
+      }
+      before = values;
+      last = n;
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+PageScene page_scene(const Device& device, const Map& map, const std::stop_token& stop) {
+  const SceneTable table = scene_table(device, map, stop);
+  json made = {{"files", shader_files(map)},
+               {"portals", map.layers.portals.size()},
+               {"factors", packed<float>(factor_values(map.dynamics.factors))},
+               {"groups", (map.dynamics.factors.size() + 3) / 4},
+               {"uniforms", uniforms_of(map)},
+               {"phase", list_of(map.dynamics.phase)},
+               {"table", table_json(table)},
+               {"ranges", ranges_json(device, map, stop)}};
+  return {made.dump(), table.drifts.back()};
+}
+
+}  // namespace qjulia::explore
