@@ -125,7 +125,7 @@ TEST_CASE("what pages look up holds between the nodes") {
     const StopRadii stops = find_stop_radii(device, wanted);
     CHECK(inner < 1.02 * stops.inner + 1e-9);
     CHECK(outer < 1.5 * stops.outer);
-    if (inner > 0.6 * stops.inner) ++tight;
+    if (inner >= 0.6 * stops.inner) ++tight;
 
     // Slopes are percentiles of scattered points: those of a box and of a slice differ.
     const std::size_t slice = table.slices.cell_of(turned.slice);
@@ -156,7 +156,7 @@ TEST_CASE("what pages look up holds between the nodes") {
     }
     CHECK(outside == 0);
   }
-  CHECK(tight > kSettings / 2);
+  CHECK(tight >= kSettings / 2);
 }
 
 TEST_CASE("a cell of a knob's range holds its values") {

@@ -3,12 +3,15 @@
 `qjulia render` draws, what its shaders compute is what kernels compute, and its controls work.
 share.py QJULIA MESH FOLDER [MAP WxH]: with MAP, its silhouettes alone, for settings of the knobs."""
 import array
+import base64
 import json
 import math
 import os
 import pathlib
+import random
 import shlex
 import sys
+import zlib
 
 import browser
 from checks import check, fit_ball, folder, mesh, run, run_test
@@ -200,7 +203,7 @@ def check_saved_map(tab, address):
     tab.open(f"{address}?size=16x16&samples=0#drift=0.5&scale=1.1&steepness=3&phase1=40&iterations=4")
     tab.wait(200)
     saved = tab.run("qjulia.mapFile()")
-    held = (folder / "ball.html").read_text().split('id="qjulia-map">')[1].split("</script>")[0]
+    held = (folder / "ball.qjulia.json.html").read_text().split('id="qjulia-map">')[1].split("</script>")[0]
     check(json.loads(saved["text"]) == json.loads(held) and saved["name"] == "ball.qjulia.json", f"a map is saved as it was shared: {saved['name']}")
     kept = folder / "kept"
     kept.mkdir(exist_ok=True)
@@ -217,6 +220,54 @@ def check_saved_map(tab, address):
     tab.open(f"{address}?size=16x16&samples=0#azimuth=70")
     tab.wait(200)
     check(tab.run("qjulia.mapFile().command") is None, "where no knob is turned, there is none")
+
+
+def cell_of(nodes, value):
+    return sum(node <= value for node in nodes[1:-1])
+
+
+def check_looked_up(tab):
+    """A page computes nothing of what the host has baked: where that is changed, shaders get what it is changed to."""
+    page = (folder / (share("ball.qjulia.json").rsplit("/", 1)[1])).read_text()
+    before, _, rest = page.partition('id="scene">')
+    text, _, after = rest.partition("</script>")
+    scene = json.loads(text)
+    table = scene["table"]
+    for k, lists in enumerate((table["levels"], table["inner"], *table["outer"], *table["slopes"], *scene["ranges"]["trap"])):
+        lists[:] = [value * (1 + 1e-4 * (k + 1) / (i + 2)) for i, value in enumerate(lists)]
+    for boxes in table["grids"]:
+        for i, box in enumerate(boxes):
+            box["grid_high"] = [high + 1e-3 * i for high in box["grid_high"]]
+    (folder / "changed.html").write_text(f'{before}id="scene">{json.dumps(scene)}</script>{after}')
+    entries = zlib.decompress(base64.b64decode(table["entries"]))
+    some = random.Random(3)
+    for _ in range(6):
+        knobs = {knob["knob"]: some.uniform(knob["nodes"][0], knob["nodes"][-1]) for knob in table["knobs"]}
+        knobs["slice"], iterations = some.uniform(-0.4, 0.4), some.choice((1, 2, 7))
+        settings = "&".join(f"{name}={value}" for name, value in knobs.items())
+        tab.open(f"{(folder / 'changed.html').as_uri()}?size=16x16&samples=0#{settings}&iterations={iterations}&material=trap")
+        tab.wait(200)
+        given = tab.run("qjulia.looked()")
+        at = 0
+        for knob in table["knobs"]:
+            at = at * (len(knob["nodes"]) - 1) + cell_of(knob["nodes"], knobs[knob["knob"]])
+        inner, outer, band, slope, single = entries[5 * at:5 * at + 5]
+        cell, drifts = cell_of(table["slices"], knobs["slice"]), table["drifts"]
+        i = next(i for i, drift in enumerate(drifts) if drift >= knobs["drift"])
+        way = (knobs["drift"] - drifts[i - 1]) / (drifts[i] - drifts[i - 1])
+        expected = {
+            "map_log_inner": table["inner"][inner], "map_log_outer": table["outer"][outer][0], "map_log_escape": table["outer"][outer][1],
+            "band_slope": table["slopes"][cell][single if iterations == 1 else slope],
+            "map_surface_level": table["levels"][i - 1] + way * (table["levels"][i] - table["levels"][i - 1]),
+            "knob_detail": knobs["detail"], "knob_drift": knobs["drift"], "knob_scale": knobs["scale"],
+            "map_steepness": knobs["steepness"], "map_slice": knobs["slice"], **scene["uniforms"]}
+        wrong = [name for name, value in expected.items()
+                 if (abs(given["uniforms"][name] - value) > 1e-9 if isinstance(value, (int, float)) else given["uniforms"][name] != value)]
+        grid = table["grids"][cell][band]
+        ranges = tab.run("qjulia.renderCommand()").split("--range ")[1].split()[0]
+        off = max(abs(float(a) - b) for a, b in zip(ranges.split(","), scene["ranges"]["trap"][iterations - 1]))
+        check(wrong == [] and all(given["grid"][name] == grid[name] for name in grid) and off < 1e-6,
+              f"shaders get what the host has baked: {settings}, wrong: {wrong}, {off:.1e}")
 
 
 def check_escapes(tab):
@@ -413,7 +464,7 @@ def main():
             (folder / name).write_text(pathlib.Path(sys.argv[4]).read_text())
             address = share(name)
             size = os.path.getsize(folder / (name + ".html"))
-            check(size <= 150 * 1024, f"the page has {size} bytes")
+            check(size <= 180 * 1024, f"the page has {size} bytes")
             for settings in ("", "iterations=1&material=trap", "phase1=60&phase2=40&phase3=20&azimuth=120", "drift=0.6",
                              "slice=0.2&steepness=4&elevation=40&cutz=60", "scale=1.1&detail=0.01"):
                 compare(tab, address, name, settings, sys.argv[5])
@@ -429,6 +480,7 @@ def main():
             check_framing(tab)
             check_begin(tab, address)
             check_backdrop(tab, address)
+            check_looked_up(tab)
             check_controls(tab, address)
             check_saved_map(tab, address)
             check_saved_picture(tab, address)

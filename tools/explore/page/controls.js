@@ -95,8 +95,8 @@ if (frame.box) {
 group("Look", ...fields("Look"), menu({ name: "backdrop", label: "backdrop", help: "What is behind the set" }));
 
 if (settings.absent.length > 0) {
-  group("Not on this page", element("p", {}, `A page without a server cannot set ${settings.absent.join(", ")}: `,
-                                    element("code", {}, exploreCommand()), " can."));
+  group("Not on this page", element("p", {}, `It takes a server to set ${settings.absent.join(", ")}: `,
+                                    element("code", {}, exploreCommand())));
 }
 
 byId("panel").addEventListener("submit", (event) => event.preventDefault());
