@@ -34,7 +34,10 @@ bool is_needed(const Map& map, std::string_view file) {
   if (file == "unpainted.glsl") return !map.layers.paint;
   const bool has_grid = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
   if (file == "spline.glsl") return map.layers.paint || has_grid;
-  if (file == "unpack.glsl" || file == "coefficients.glsl") return has_grid;
+  for (const char* of_grid :
+       {"unpack.glsl", "quarters.glsl", "widened.glsl", "coefficients.glsl"}) {
+    if (file == of_grid) return has_grid;
+  }
   if (file == "portals.glsl") return !map.layers.portals.empty();
   if (file == "without_portals.glsl") return map.layers.portals.empty();
   return file.ends_with(".glsl");

@@ -66,7 +66,7 @@ function finish(made) {
 
 /** Textures have units by their uniform's name. */
 const units = { factors: 0, grid: 1, points: 2, hints: 3, before: 4, depths: 5, traits: 6, picture: 7,
-                coefficients: 8, scratch: 9, paint: 10, file_bytes: 11, sums: 12, coarse: 13, ranks: 14, corrections: 15 };
+                coefficients: 8, scratch: 9, paint: 10, file_bytes: 11, widened: 11, sums: 12, coarse: 13, ranks: 14, corrections: 15 };
 const samplers = [gl.SAMPLER_2D, gl.SAMPLER_3D, gl.INT_SAMPLER_2D, gl.UNSIGNED_INT_SAMPLER_2D];
 /** What sets uniforms that are no matrices. */
 const setters = { [gl.FLOAT]: "uniform1fv", [gl.FLOAT_VEC2]: "uniform2fv", [gl.FLOAT_VEC3]: "uniform3fv", [gl.FLOAT_VEC4]: "uniform4fv",

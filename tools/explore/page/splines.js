@@ -38,19 +38,27 @@ export async function uploadDistances() {
   const whole = new Uint8Array(file.size[0] * file.size[1]);
   whole.set(bytes);
   gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ...file.size, gl.RED_INTEGER, gl.UNSIGNED_BYTE, whole);
-  const unpack = program("unpack.glsl"), layers = program("coefficients.glsl"), mask = 2 * count;
+  const unpack = program("unpack.glsl"), mask = 2 * count;
   sums(unpack, "coarse", { kind: 0, first: 0, count });
   sums(unpack, "ranks", { kind: 1, first: mask, count });
   sums(unpack, "corrections", { kind: 0, first: mask + Math.ceil(count / 8), count: 64 * blocks });
-  const handle = texture(gl.R32F, cells);
-  for (let layer = 0; layer < cells[2]; ++layer) {
-    drawTo(handle, cells[0], cells[1], layer);
-    use(layers, { coarse_cells, layer });
+  const widened = await layered("widened.glsl", [cells[0], cells[1], z], { coarse_cells });
+  bind("widened", gl.TEXTURE_3D, widened);
+  bind("coefficients", gl.TEXTURE_3D, await layered("coefficients.glsl", cells, { coarse_cells }));
+  gl.deleteTexture(widened);
+}
+
+/** A texture of three sides, drawn layer by layer. */
+async function layered(file, size, values) {
+  const handle = texture(gl.R32F, size), drawing = program(file);
+  for (let layer = 0; layer < size[2]; ++layer) {
+    drawTo(handle, size[0], size[1], layer);
+    use(drawing, { ...values, layer });
     drawAll();
-    if (layer % 4 === 3) await drawn();
+    if (layer % 8 === 7) await drawn();
   }
   await drawn();
-  bind("coefficients", gl.TEXTURE_3D, handle);
+  return handle;
 }
 
 /** Hands the paint's shares to the programs, where the map has paint. */
