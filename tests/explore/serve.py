@@ -244,7 +244,7 @@ def check_page(server):
 
 def check_command(tab, server):
     """The picture of the page is that of the command that it gives."""
-    tab.open(f"{server.address}&size=320x240&samples=0#azimuth=50&phase1=30&detail=0.03&palette=ice&material=trap&cutx=60&lightaz=20&light=1.5&rotate=40&axis=y&drift=0.2")
+    tab.open(f"{server.address}&size=320x240&samples=0#azimuth=50&phase1=30&detail=0.03&palette=ice&material=trap&cutx=60&lightaz=20&light=1.5&rotate=40&axis=y&drift=0.2&environment=evening&environturn=70&bounce=0.5")
     tab.wait(100)
     words = shlex.split(tab.run("qjulia.renderCommand()"))
     words[words.index("-o") + 1] = "command.png"
