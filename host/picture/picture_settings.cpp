@@ -370,7 +370,7 @@ std::vector<PictureSetting> light_settings() {
                  "camera",
          .group = "Look",
          .controls = {{.name = "environturn",
-                       .label = "environment turn",
+                       .label = "its turn",
                        .help = "Degrees that the environment is turned about the up axis",
                        .least = -180,
                        .most = 180,

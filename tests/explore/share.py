@@ -217,7 +217,7 @@ def check_saved_map(tab, address):
     phase = max(abs(a - b) for a, b in zip(made.pop("phase"), turned.pop("phase")))
     del made["provenance"], turned["provenance"]
     check(made == turned and phase < 1e-6, f"and its command turns its knobs as 'convert' does: {saved['command']}")
-    tab.open(f"{address}?size=16x16&samples=0#azimuth=70")
+    tab.open(f"{address}?size=16x16&samples=0#azimuth=70&iterations=3")
     tab.wait(200)
     check(tab.run("qjulia.mapFile().command") is None, "where no knob is turned, there is none")
 

@@ -287,6 +287,7 @@ Box both(const Box& a, const Box& b) { return {a.low.cwiseMin(b.low), a.high.cwi
 /// do.
 std::vector<double> slopes_on(const Field& field, const Map& map, double slice, const Box& box) {
   std::vector<std::optional<double>> found;
+  found.reserve(kSlopeLevels.size());
   for (const double level : kSlopeLevels) {
     found.push_back(steepest_slope(field, slice, map.dynamics.surface_level + level, box));
   }

@@ -76,7 +76,7 @@ export function surprise() {
 
 const undoButton = button("Undo", "Undo the last change (Ctrl+Z)", undo), redoButton = button("Redo", "Do it again (Ctrl+Shift+Z)", redo);
 byId("actions").append(undoButton, redoButton,
-  button("Surprise me", "A random phase and order of the factors: another pattern of grooves on the same shape", surprise),
+  button("Surprise me", `A random phase${bears("order-seed") ? " and order of the factors" : ""}: another pattern of grooves on the same shape`, surprise),
   button("Reset", "All as the map is", () => change({ ...usual })));
 updates.push(() => { undoButton.disabled = !canUndo(); redoButton.disabled = !canRedo(); });
 

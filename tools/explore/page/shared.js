@@ -16,9 +16,10 @@ import { differs, knobsOf, namesOf, state } from "./state.js";
 canvas.addEventListener("webglcontextlost", () => fail(new Error("the browser has taken its graphics away: load the page again")));
 await uploadDistances();
 await uploadPaint();
+const knobs = settings.map.filter((setting) => setting.option !== "iterations").flatMap(namesOf);
 const mapFile = () => {
   const name = mapFileName();
-  return { text: mapText(), name, command: differs(...settings.map.flatMap(namesOf)) ? convertCommand(name) : null };
+  return { text: mapText(), name, command: differs(...knobs) ? convertCommand(name) : null };
 };
 start({ draw, isCoarse, mapFile, rangeNow, most: gl.getParameter(gl.MAX_TEXTURE_SIZE) });
 
