@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -51,32 +54,37 @@ std::string packed(std::span<const Number> values) {
       {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Number)}));
 }
 
-/// The values of the uniforms that KIND_modulus.glsl and KIND_versor.glsl declare.
-struct KindUniforms {
-  json& uniforms;
+/// A leaf of a kind as a uniform.
+template <class Leaf>
+json uniform_of(const Leaf& leaf) {
+  if constexpr (std::is_enum_v<Leaf>) {
+    return static_cast<int>(leaf);
+  } else if constexpr (std::is_integral_v<Leaf>) {
+    return leaf;
+  } else {
+    return shader_number(leaf);
+  }
+}
+json uniform_of(const Eigen::Vector3d& v) { return list_of(v); }
+json uniform_of(const std::shared_ptr<const DistanceGrid>& grid) {
+  return list_of(grid->data().cells);
+}
 
-  void operator()(const FactorsModulus&) const {}
-  void operator()(const QuadraticModulus& modulus) const {
-    uniforms["modulus_c"] = list_of(modulus.c);
-  }
-  void operator()(const DistanceModulus& modulus) const {
-    uniforms["distance_per_shell"] = shader_number(1 / modulus.shell);
-    uniforms["distance_inradius"] = shader_number(modulus.inradius);
-    uniforms["distance_fourth"] = modulus.fourth == FourthCoordinate::round ? 1 : 0;
-    uniforms["distance_step"] = shader_number(modulus.step);
-    uniforms["distance_origin"] = list_of(modulus.origin);
-    uniforms["distance_cells"] = list_of(modulus.grid->data().cells);
-  }
-  void operator()(const FactorsVersor&) const {}
-  void operator()(const QuadraticVersor& versor) const { uniforms["versor_c"] = list_of(versor.c); }
-  void operator()(const NoiseVersor& versor) const {
-    uniforms["noise_octaves"] = versor.octaves;
-    uniforms["noise_scale"] = shader_number(versor.scale);
-    uniforms["noise_seed"] = versor.seed;
-    uniforms["noise_components"] = versor.values == NoiseValues::quaternions ? 4 : 3;
-    uniforms["noise_origin"] = list_of(versor.origin);
-  }
-};
+/// What KIND_modulus.glsl and KIND_versor.glsl declare: uniforms that are called as in map files,
+/// ROLE_MEMBER for a quaternion ("modulus_c") and MEMBER_LEAF in an object ("noise_scale"). That of
+/// a grid is its number of cells.
+template <class Kind>
+void add_uniforms(const std::string& role, const Kind& kind, json& uniforms) {
+  Kind::members(kind, [&]<class Member>(const std::string& name, const Member& member) {
+    if constexpr (std::is_same_v<Member, Quaternion>) {
+      uniforms[role + "_" + name] = list_of(member);
+    } else {
+      Member::leaves(member, [&](const std::string& leaf_name, const auto& leaf) {
+        uniforms[name + "_" + (leaf_name.empty() ? "cells" : leaf_name)] = uniform_of(leaf);
+      });
+    }
+  });
+}
 
 void add_portals(const std::vector<Portal>& portals, json& uniforms) {
   uniforms["portal_count"] = portals.size();
@@ -121,8 +129,8 @@ json uniforms_of(const Map& map) {
       {"shape_translation", list_of(frame.shape_to_map.translation)},
       {"box_low", list_of(box.low)},
       {"box_high", list_of(box.high)}};
-  std::visit(KindUniforms{uniforms}, dynamics.modulus);
-  std::visit(KindUniforms{uniforms}, dynamics.versor);
+  std::visit([&](const auto& kind) { add_uniforms("modulus", kind, uniforms); }, dynamics.modulus);
+  std::visit([&](const auto& kind) { add_uniforms("versor", kind, uniforms); }, dynamics.versor);
   if (const auto& paint = layers.paint) {
     uniforms["paint_origin"] = list_of(paint->origin);
     uniforms["paint_step"] = shader_number(paint->step);

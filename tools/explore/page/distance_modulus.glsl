@@ -2,7 +2,8 @@
 #include spline.glsl
 #define QJ_DISTANCE_MARGIN 4.0
 uniform highp sampler3D coefficients;
-uniform float distance_per_shell, distance_inradius, distance_fourth, distance_step;
+uniform float distance_shell, distance_inradius, distance_step;
+uniform int distance_fourth;  // 0: round, 1: ignored
 uniform vec3 distance_origin, distance_cells;
 
 // A point's place on the grid, in cells, and the way from there to it, map units.
@@ -15,8 +16,8 @@ vec3 place_on_grid(vec4 q, out vec3 beyond) {
 
 // F of a point whose d + r_in is `depth`.
 float distance_field(float depth, vec4 q) {
-  float radius = sqrt(depth * depth + distance_fourth * q.w * q.w);
-  return (radius - distance_inradius) * distance_per_shell + map_log_scale;
+  float radius = sqrt(depth * depth + float(1 - distance_fourth) * q.w * q.w);
+  return (radius - distance_inradius) / distance_shell + map_log_scale;
 }
 
 float kind_modulus(vec4 q) {

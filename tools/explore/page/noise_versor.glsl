@@ -1,6 +1,6 @@
 // U = p n / |n| with n gradient noise by octaves: kernels/noise_versor.clh.
 #define QJ_MOST_NOISE_CELLS 1e6
-uniform int noise_octaves, noise_components;
+uniform int noise_octaves, noise_values;  // values: the number of components
 uniform float noise_scale;
 uniform uint noise_seed;
 uniform vec3 noise_origin;
@@ -52,6 +52,6 @@ float noise_component(vec3 at, int component) {
 vec4 map_versor(vec4 q) {
   vec3 at = q.xyz - noise_origin;
   vec4 n = vec4(noise_component(at, 0), noise_component(at, 1), noise_component(at, 2), 0);
-  if (noise_components > 3) n.w = noise_component(at, 3);
+  if (noise_values > 3) n.w = noise_component(at, 3);
   return lane_rsqrt(max(dot(n, n), QJ_TINY)) * q_mul(map_phase, n);
 }
