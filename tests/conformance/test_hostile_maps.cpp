@@ -523,3 +523,19 @@ TEST_CASE("hostile numbers for maps and knobs are refused by name") {
     });
   }
 }
+
+TEST_CASE("kinds cost something in every map, and have no word for what is no value") {
+  const Dynamics empty;
+  CHECK(FactorsModulus::cost(empty) > 0);
+  CHECK(FactorsVersor::cost(empty) > 0);
+  CHECK(QuadraticModulus::cost(empty) > 0);
+  CHECK(QuadraticVersor::cost(empty) > 0);
+  CHECK(DistanceModulus::cost(empty) > 0);
+  NoiseVersor noise;
+  noise.octaves = std::numeric_limits<int>::min();
+  CHECK(std::isfinite(noise.cost(empty)));
+  CHECK(word_of(static_cast<FourthCoordinate>(77)).empty());
+  CHECK(word_of(static_cast<NoiseValues>(-1)).empty());
+  CHECK(word_of(static_cast<PortalMask>(3)).empty());
+  CHECK(words(PortalMask::none).size() == 3);
+}

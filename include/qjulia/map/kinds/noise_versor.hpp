@@ -51,7 +51,7 @@ struct NoiseVersor {
     visit("values", self.values);
     visit("origin", self.origin);
   }
-  double cost(const Dynamics& /*map*/) const { return 20 * octaves; }  // measured
+  double cost(const Dynamics& /*map*/) const { return 20.0 * octaves; }  // measured
   static constexpr bool kIsSmooth = false;
   /// @throws InputError naming what is wrong.
   void validate() const;
