@@ -316,6 +316,14 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
   file.commit();
 }
 
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error, ignored;
+  std::filesystem::create_directories(folder, error);
+  if (std::filesystem::is_directory(folder, ignored)) return;
+  throw OutputError(fmt::format("cannot make the folder '{}': {}", folder.string(),
+                                error ? error.message() : "there is a file of that name"));
+}
+
 bool overwrite_file(const std::filesystem::path& path, std::string_view text) {
   FileBuffer buffer;
   const int file = ::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);

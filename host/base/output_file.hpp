@@ -64,6 +64,9 @@ class ScratchFile {
 /// Writes `text` to `path`, all or nothing. @throws OutputError
 void write_file(const std::filesystem::path& path, std::string_view text);
 
+/// Makes the folder, with those above it. @throws OutputError where it is not there afterwards
+void make_folder(const std::filesystem::path& folder);
+
 /// Overwrites a regular file that exists and is at least as long as `text` with `text`, and blanks
 /// after it. Most file systems need no space for this, so it works on a full disk. A reader at that
 /// moment may see half of it, and a process that is killed then may leave half of it. @return

@@ -50,6 +50,9 @@ std::optional<Number> number_in(std::string_view text) {
 /// be asked before it is parsed, since copying and writing values recurse.
 bool is_json_too_deep(std::string_view json);
 
+/// "look-at" of "look_at": the name of an option without its dashes.
+std::string dashed(std::string name);
+
 /// With ASCII's letters in lower case, whatever the locale.
 std::string lower_case(std::string text);
 

@@ -427,11 +427,15 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   const Camera& camera = options.camera;
   const View view = view_of(camera);
   rig = options.light.whole();
-  std::vector<Light> lamps = lamp_lights(rig, environment ? &*environment : nullptr, camera,
-                                         source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
-  double cost_of_lamps = 0;
-  for (const Light& lamp : lamps) cost_of_lamps += cost(lamp.view);
   const bool is_first = up != camera.up;
+  std::vector<Light> placed = lamp_lights(
+      rig, environment ? &*environment : nullptr, options.light.lamp_turn.value_or(camera.azimuth),
+      *camera.up, source->bounds(), fineness * (is_draft ? kDraftLamps : 1));
+  if (is_first) kept_lamps.clear();
+  const bool have_moved =
+      !std::ranges::equal(placed, kept_lamps, {}, &Light::towards, &Light::towards);
+  double cost_of_lamps = 0;
+  for (const Light& lamp : placed) cost_of_lamps += have_moved ? cost(lamp.view) : 0;
   Work work{monitor, cost(view) + cost_of_lamps};
   if (is_first) {
     up.reset();  // a stop may come before all is there
@@ -454,17 +458,23 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
     work.did(kDepthGridCost);
     light_sky(work);
   }
-  {
+  if (have_moved) {
     const TraceStage stage(monitor.trace, "lamps");
-    for (Light& lamp : lamps) {
-      if (&lamp == &lamps.front()) {
+    kept_lamps.clear();  // a stop may come before all are there
+    for (Light& lamp : placed) {
+      if (&lamp == &placed.front()) {
         lamp.depths = speckless_depths(*source, lamp.view);
       } else {
         take_depths(lamp);
       }
       work.did(cost(lamp.view));
     }
+  } else {
+    for (std::size_t i = 0; i < placed.size(); ++i)
+      placed[i].depths = std::move(kept_lamps[i].depths);
   }
+  kept_lamps = std::move(placed);
+  const std::vector<Light>& lamps = kept_lamps;
   if (has_material()) {
     range = options.range ? *options.range : range_over(shown(view, kShownRays), options.material);
   }

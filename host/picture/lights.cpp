@@ -138,11 +138,9 @@ std::vector<Light> sky_lights(const Rig& rig, const Surrounded* around, UpAxis u
   return lights;
 }
 
-std::vector<Light> lamp_lights(const Rig& rig, const Surrounded* around, const Camera& camera,
+std::vector<Light> lamp_lights(const Rig& rig, const Surrounded* around, double turn, UpAxis up,
                                const Box& held, double fineness) {
-  Camera level = camera;
-  level.elevation = 0;
-  const CameraAxes axes = camera_axes(level);
+  const CameraAxes axes = camera_axes({.azimuth = turn, .elevation = 0, .up = up});
   std::vector<Light> lights;
   for (const Lamp& lamp : rig.lamps) {
     const double azimuth = lamp.azimuth * kDegree, elevation = lamp.elevation * kDegree;
@@ -156,7 +154,7 @@ std::vector<Light> lamp_lights(const Rig& rig, const Surrounded* around, const C
     const Vector3d color = sun.color.cwiseProduct(fill_of(rig));
     const bool is_key = lights.empty() || color.sum() > lights.front().color.sum();
     lights.insert(is_key ? lights.begin() : lights.end(),
-                  {placed(around->axes(*camera.up), sun.towards),
+                  {placed(around->axes(up), sun.towards),
                    color,
                    std::sqrt(sun.steradians / std::numbers::pi),
                    {}});

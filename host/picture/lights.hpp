@@ -54,10 +54,10 @@ Eigen::Vector3d wall_light(const Rig& rig, const Surrounded* around = nullptr);
 std::vector<Light> sky_lights(const Rig& rig, const Surrounded* around, UpAxis up, const Box& held,
                               double fineness, int count);
 
-/// The rig's lamps and the environment's sun, the key light first and with the finest map. Lamps
-/// stay with the camera's azimuth, so that the shape turns under them; the sun stays with the
-/// shape.
-std::vector<Light> lamp_lights(const Rig& rig, const Surrounded* around, const Camera& camera,
+/// The rig's lamps and the environment's sun, the key light first and with the finest map. The sun
+/// stays with the shape. @param turn degrees about the up axis, where the lamps' azimuths count
+/// from.
+std::vector<Light> lamp_lights(const Rig& rig, const Surrounded* around, double turn, UpAxis up,
                                const Box& held, double fineness);
 
 }  // namespace qjulia::picture

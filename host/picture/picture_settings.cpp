@@ -326,6 +326,16 @@ std::vector<PictureSetting> light_settings() {
                        .most = 2,
                        .step = 0.05}}},
         [](PictureOptions& p) -> ValuePlace { return &p.light.lamps; }}},
+      {{{.name = "lamp_turn",
+         .values = "DEGREES",
+         .unit = "degrees",
+         .left_out = "the camera's `azimuth`, so that the set turns under the lamps",
+         .example = "30",
+         .help =
+             "Where AZIMUTH of `lamp` and the lamps of `light` count from, degrees about the "
+             "up axis as `azimuth` turns the camera. With it, lamps and shadows stay where they "
+             "are while the camera goes around"},
+        [](PictureOptions& p) -> ValuePlace { return &p.light.lamp_turn; }}},
       {{{.name = "fill",
          .values = "NUMBER",
          .least = 0,

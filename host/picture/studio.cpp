@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "base/range_check.hpp"
@@ -301,6 +302,26 @@ void Studio::set_exposure(double stops) {
 void Studio::set_range(const std::optional<MaterialRange>& range) {
   if (range) range->validate();
   if (impl_->has_material()) impl_->options.range = range;
+}
+
+void Studio::set_light(const PictureOptions& options) {
+  options.validate();
+  PictureOptions& own = impl_->options;
+  const auto of_sky = [](const PictureOptions& o) {
+    return std::tie(o.light.rig, o.light.fill, o.light.fill_color, o.light.environment,
+                    o.light.environment_turn, o.ground);
+  };
+  if (of_sky(own) != of_sky(options)) {
+    impl_->environment = surrounded(options.light, impl_->stop);
+    impl_->up.reset();  // sky and ground are made again
+  }
+  own.light = options.light;
+  own.exposure = options.exposure;
+  own.tone = options.tone;
+  own.matter = options.matter;
+  own.palette = options.palette;
+  own.background = options.background;
+  own.ground = options.ground;
 }
 
 Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor) {

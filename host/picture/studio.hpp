@@ -49,7 +49,8 @@ struct Studio::Impl {
   std::vector<Eigen::Vector3d> outline{};  ///< shape units, once it was asked for
   std::optional<UpAxis> up{};              ///< for which sky and ground were made
   std::vector<picture::Light> sky{};
-  double ground = 0;  ///< height along up
+  std::vector<picture::Light> kept_lamps{};  ///< the last picture's
+  double ground = 0;                         ///< height along up
   picture::GroundLight ground_light{};
 
   void turn(const Camera& camera);

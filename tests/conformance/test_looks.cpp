@@ -286,3 +286,55 @@ TEST_CASE("without a focus the middle of the picture is in focus") {
   options.camera.focus = 7 * picture::camera_axes(camera).back;
   CHECK_THROWS_WITH(ball(options), Catch::Matchers::ContainsSubstring("focus: it lies behind"));
 }
+
+TEST_CASE("a studio whose light is set draws what a new one draws") {
+  PictureOptions options;
+  options.width = 48;
+  options.height = 36;
+  options.samples = 1;
+  Studio studio(test::shared_device(), check::unit_ball(), options);
+  const auto first = studio.picture(options.camera).pixels;
+  const auto expect_same = [&](const auto& change) {
+    change(options);
+    Studio anew(test::shared_device(), check::unit_ball(), options);
+    studio.set_light(options);
+    const auto drawn = studio.picture(options.camera).pixels;
+    CHECK((drawn == anew.picture(options.camera).pixels));  // bytes are not for eyes
+    CHECK((drawn != first));
+  };
+  expect_same([](auto& o) { o.light.lamp_turn = 100; });
+  expect_same([](auto& o) { o.matter.roughness = 0.1; });
+  expect_same([](auto& o) { o.light.fill = 0.2; });
+  expect_same([](auto& o) { o.palette.clay = Rgb(0.2, 0.5, 0.3); });
+  expect_same([](auto& o) { o.ground = false; });
+  expect_same([](auto& o) { o.light.environment = "evening"; });
+  expect_same([](auto& o) { o.light.environment_turn = 70; });
+  expect_same([](auto& o) { o.exposure = -1; });
+  expect_same([](auto& o) { o.background = {Backdrop::plain, Rgb(1, 0, 0)}; });
+}
+
+TEST_CASE("lamps that stand still throw their light where they did while the camera goes around") {
+  // From above, a turn of the camera alone turns the picture of a ball in still light.
+  PictureOptions options;
+  options.width = options.height = 48;
+  options.samples = 1;
+  options.camera.elevation = 90;
+  options.ground = false;
+  options.light.lamp_turn = 0;
+  const auto mean_side = [&](double azimuth) {
+    options.camera.azimuth = azimuth;
+    const Image image = render(test::shared_device(), check::unit_ball(), options);
+    double left = 0, right = 0;
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 48; ++x) {
+        (x < 24 ? left : right) += image.pixels[static_cast<std::size_t>(3 * (48 * y + x))];
+      }
+    }
+    return left / right;
+  };
+  const double still = mean_side(0), opposite = mean_side(180);
+  CHECK(still > 1.05);  // the key lamp is on the left
+  CHECK(opposite == Catch::Approx(1 / still).epsilon(0.02));
+  options.light.lamp_turn.reset();
+  CHECK(mean_side(180) == Catch::Approx(still).epsilon(0.02));
+}

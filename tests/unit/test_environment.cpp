@@ -149,14 +149,13 @@ TEST_CASE("an environment that is turned turns its lights and its sun") {
   const Box held{Vector3d::Constant(-1), Vector3d::Constant(1)};
   picture::Surrounded around{picture::light_of(picture::read_environment("evening", {})), 0};
   Rig rig;
-  Camera camera{.up = UpAxis::z};
   const auto lights = picture::sky_lights(rig, &around, UpAxis::z, held, 1, 64);
-  const auto lamps = picture::lamp_lights(rig, &around, camera, held, 1);
+  const auto lamps = picture::lamp_lights(rig, &around, 0, UpAxis::z, held, 1);
   REQUIRE(lights.size() == 64);
   REQUIRE(lamps.size() == 1);
   around.turn = 90;
   const auto turned = picture::sky_lights(rig, &around, UpAxis::z, held, 1, 64);
-  const auto turned_lamps = picture::lamp_lights(rig, &around, camera, held, 1);
+  const auto turned_lamps = picture::lamp_lights(rig, &around, 0, UpAxis::z, held, 1);
   // As a camera's azimuth turns: what lay towards the eye of azimuth 0 lies towards that of 90.
   const picture::CameraAxes from =
       picture::camera_axes({.azimuth = 0, .elevation = 0, .up = UpAxis::z});
@@ -171,9 +170,16 @@ TEST_CASE("an environment that is turned turns its lights and its sun") {
   };
   for (std::size_t i = 0; i < lights.size(); ++i) expect_turned(lights[i], turned[i]);
   expect_turned(lamps[0], turned_lamps[0]);
-  // Lamps turn with the camera, the sun does not.
-  camera.azimuth = 30;
-  CHECK(picture::lamp_lights(rig, &around, camera, held, 1)[0].towards == turned_lamps[0].towards);
+  // Lamps turn, the sun does not.
+  rig = rig_named(RigName::studio);
+  const auto with_lamps = picture::lamp_lights(rig, &around, 0, UpAxis::z, held, 1);
+  const auto with_turned = picture::lamp_lights(rig, &around, 30, UpAxis::z, held, 1);
+  REQUIRE(with_lamps.size() == rig.lamps.size() + 1);
+  CHECK(with_turned.back().towards == turned_lamps[0].towards);  // it is weaker
+  const Vector3d lamp = with_lamps[0].towards, moved = with_turned[0].towards;
+  CHECK(moved.z() == Catch::Approx(lamp.z()));
+  const double angle = std::atan2(lamp.cross(moved).z(), lamp.head(2).dot(moved.head(2)));
+  CHECK(angle * 180 / std::numbers::pi == Catch::Approx(30));
 }
 
 TEST_CASE("Radiance files are read, packed or not") {

@@ -32,6 +32,9 @@ struct Lighting {
   RigName rig = RigName::studio;
   /// In place of the rig's first lamps, one by one; more than it has are added.
   std::vector<Lamp> lamps{};
+  /// Degrees about the up axis, as a camera's azimuth turns: where the lamps' azimuths count from.
+  /// By default the camera's, so that the shape turns under the lamps.
+  std::optional<double> lamp_turn{};
   std::optional<double> fill{};
   std::optional<LightColor> fill_color{};
   /// What is around the set: one of `environment_names`, or a panorama of a file, .hdr or .exr. Its

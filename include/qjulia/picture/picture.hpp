@@ -182,6 +182,10 @@ class Studio {
   /// Pictures have this size from now on, and light as fine as before.
   void resize(int width, int height);
 
+  /// Later pictures have the light, exposure, tone, matter, palette, background and ground of these
+  /// options. What is known of the set is kept.
+  void set_light(const PictureOptions& options);
+
   Image picture(const Camera& camera, const ProgressMonitor& monitor = {});
   /// The same picture, with what its pixels show.
   LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
@@ -234,7 +238,8 @@ class Studio {
 /// @param values of the material, as `Studio::shown` gives them. 0 to 1 where there are none.
 MaterialRange range_over(std::vector<float> values, Material material);
 
-/// A picture of {F_n < L}. Lights stay with the camera's azimuth; the ground lies under the set's
+/// A picture of {F_n < L}. Lamps go with the camera's azimuth unless `lamp_turn` says where they
+/// are; the ground lies under the set's
 /// lowest point. The same options, map and device give the same bytes.
 /// @throws InputError naming the option or what is wrong with the map.
 Image render(const Device& device, const Map& map, const PictureOptions& options,
