@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "film/encoder.hpp"
+#include "film/geodesic.hpp"
 #include "film/track.hpp"
 #include "qjulia/base/error.hpp"
 
@@ -118,7 +119,7 @@ TEST_CASE("keys of no use are refused") {
   CHECK_THROWS_WITH(Track({{0, {0, 0, 0, 0}}}, Interpolation::rotation),
                     ContainsSubstring("no turn"));
   CHECK_THROWS_WITH(Track({{0, {1}}, {1, {1, 2}}}, Interpolation::linear),
-                    ContainsSubstring("of no use"));
+                    ContainsSubstring("different numbers"));
   CHECK_THROWS_WITH(film::step_named("fast"), ContainsSubstring("hold, linear, ease, spline"));
   CHECK_THROWS_WITH(film::loop_named("fast"), ContainsSubstring("ping-pong"));
 }
@@ -134,4 +135,92 @@ TEST_CASE("each type of film has its encoder's words") {
     CHECK(std::ranges::count(words, "comment=note") == 1);
   }
   CHECK(film::frame_name(7) == "frame_0007.png");
+}
+
+TEST_CASE("a value comes from the key before it") {
+  const Track track({{1, {1}, Step::linear, "a:1"}, {2, {3}, Step::linear, "a:2"}},
+                    Interpolation::linear);
+  CHECK(track.place(0) == "a:1");
+  CHECK(track.place(1.5) == "a:1");
+  CHECK(track.place(2) == "a:2");
+  CHECK(track.place(9) == "a:2");
+}
+
+TEST_CASE("films have the sizes that their types can have") {
+  CHECK_NOTHROW(film::expect_size("a.mp4", 2, 3, false));
+  CHECK_THROWS_AS(film::expect_size("a.mp4", 1, 9, false), InputError);
+  CHECK_NOTHROW(film::expect_size("a.webm", 64, 65, false));
+  CHECK_THROWS_AS(film::expect_size("a.webm", 640, 63, false), InputError);
+  CHECK_NOTHROW(film::expect_size("a.webm", 16, 16, true));  // VP9
+  CHECK_NOTHROW(film::expect_size("a.gif", 1, 1, false));
+  CHECK_THROWS_AS(film::expect_size("a.webp", 16384, 1, false), InputError);
+}
+
+TEST_CASE("a geodesic is that of van Wijk and Nuij: equally fast everywhere, and shortest") {
+  constexpr double kRho2 = film::Geodesic::kRho * film::Geodesic::kRho;
+  // The metric, over a step so short that it is straight.
+  const auto length_of = [](const film::Sight& a, const film::Sight& b) {
+    const double width = std::sqrt(a.width * b.width);
+    return std::hypot(film::Geodesic::kRho * (b.panned - a.panned) / width,
+                      (b.width - a.width) / (film::Geodesic::kRho * width));
+  };
+  struct Case {
+    double distance, from, to;
+  };
+  for (const Case& c : {Case{1, 1, 1}, Case{1, 3, 0.03}, Case{5, 0.1, 0.2}, Case{0, 2, 1e-6},
+                        Case{1e-9, 1, 4}, Case{0.3, 1e-6, 1}, Case{1000, 1, 1}}) {
+    CAPTURE(c.distance, c.from, c.to);
+    const film::Geodesic path(c.distance, c.from, c.to);
+    CHECK(path.at(0).panned == Catch::Approx(0).margin(1e-9 * c.from));
+    CHECK(path.at(0).width == Catch::Approx(c.from));
+    CHECK(path.at(1).panned == Catch::Approx(c.distance).margin(1e-9));
+    CHECK(path.at(1).width == Catch::Approx(c.to).epsilon(1e-6));
+    constexpr int kSteps = 4000;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const film::Sight a = path.at(double(i) / kSteps), b = path.at((i + 1.0) / kSteps);
+      CHECK(b.panned >= a.panned);
+      const double step = length_of(a, b);
+      CHECK(step * kSteps == Catch::Approx(path.length()).epsilon(2e-3));
+      sum += step;
+    }
+    CHECK(sum == Catch::Approx(path.length()).epsilon(1e-4));
+  }
+  // The paper's closed form, equation (9), as it stands there.
+  const double distance = 2, from = 0.5, to = 0.7;
+  const double b0 =
+      (to * to - from * from + kRho2 * kRho2 * distance * distance) / (2 * from * kRho2 * distance);
+  const double b1 =
+      (to * to - from * from - kRho2 * kRho2 * distance * distance) / (2 * to * kRho2 * distance);
+  const double r0 = std::log(-b0 + std::sqrt(b0 * b0 + 1));
+  const double r1 = std::log(-b1 + std::sqrt(b1 * b1 + 1));
+  const double length = (r1 - r0) / film::Geodesic::kRho;
+  const film::Geodesic path(distance, from, to);
+  CHECK(path.length() == Catch::Approx(length));
+  const double r = film::Geodesic::kRho * 0.3 * length + r0;
+  CHECK(path.at(0.3).panned ==
+        Catch::Approx(from / kRho2 * (std::cosh(r0) * std::tanh(r) - std::sinh(r0))));
+  CHECK(path.at(0.3).width == Catch::Approx(from * std::cosh(r0) / std::cosh(r)));
+  CHECK(path.at(0.5).width > 1);  // from far away the whole way is seen
+}
+
+TEST_CASE("keys of pan and zoom together make a geodesic") {
+  const std::vector<Key> points{{0, {0, 0, 0}, Step::geodesic}, {2, {3, 4, 0}, Step::geodesic}};
+  const Track look_at(points, Interpolation::linear);
+  const Track zoom({{0, {10}, Step::geodesic}, {2, {20}, Step::geodesic}},
+                   Interpolation::logarithmic);
+  const auto begin = Track::gaze(0, look_at, zoom, 1), middle = Track::gaze(1, look_at, zoom, 1);
+  REQUIRE(begin);
+  CHECK(begin->zoom == Catch::Approx(10));
+  REQUIRE(middle);
+  const film::Geodesic path(5, 0.1, 0.05);
+  CHECK(middle->zoom == Catch::Approx(1 / path.at(0.5).width));
+  CHECK(middle->look_at[0] == Catch::Approx(0.6 * path.at(0.5).panned));
+  CHECK(middle->look_at[1] == Catch::Approx(0.8 * path.at(0.5).panned));
+  CHECK_FALSE(Track::gaze(3, look_at, zoom, 1));
+  const Track other({{0, {10}, Step::geodesic}, {3, {20}, Step::geodesic}},
+                    Interpolation::logarithmic);
+  CHECK_FALSE(Track::gaze(1, look_at, other, 1));
+  const Track even({{0, {10}, Step::linear}, {2, {20}, Step::linear}}, Interpolation::logarithmic);
+  CHECK_FALSE(Track::gaze(1, look_at, even, 1));
 }

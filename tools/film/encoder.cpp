@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
 
 #include "base/file_types.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::film {
 namespace {
@@ -58,6 +59,26 @@ std::string pattern_of(const std::filesystem::path& folder) {
 const std::vector<std::string>& film_types() {
   static const std::vector<std::string> all{".mp4", ".webm", ".webp", ".gif", ".apng"};
   return all;
+}
+
+void expect_size(const std::filesystem::path& output, int width, int height, bool is_transparent) {
+  constexpr int kPair = 2;          // H.264 has colours for pairs of pixels alone
+  constexpr int kLeastAv1 = 64;     // SVT-AV1
+  constexpr int kMostWebp = 16383;  // 14 bits
+  const std::string type = extension_of(output);
+  const int least = type == ".mp4" ? kPair : type == ".webm" && !is_transparent ? kLeastAv1 : 1;
+  if (std::min(width, height) < least) {
+    throw InputError(
+        fmt::format("a {} film needs pictures of {} x {} pixels at least, and these "
+                    "have {} x {}; give a larger `size`, or make a .webp",
+                    type, least, least, width, height));
+  }
+  if (type == ".webp" && std::max(width, height) > kMostWebp) {
+    throw InputError(
+        fmt::format("a .webp film has at most {} pixels a side; give a smaller "
+                    "`size`, or make an .mp4",
+                    kMostWebp));
+  }
 }
 
 std::string frame_name(std::size_t number) { return fmt::format("frame_{:04}.png", number); }

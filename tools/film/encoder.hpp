@@ -19,6 +19,9 @@ struct Encoding {
   std::string note{};            ///< says how it was made, and is kept as the file's comment
 };
 
+/// @throws InputError for pictures that FFmpeg cannot put into a film of this type
+void expect_size(const std::filesystem::path& output, int width, int height, bool is_transparent);
+
 /// The words of the command, "ffmpeg" first. https://ffmpeg.org/ffmpeg.html
 std::vector<std::string> encoder_words(const Encoding& encoding);
 

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <utility>
 
+#include "film/geodesic.hpp"
 #include "qjulia/base/error.hpp"
 
 namespace qjulia::film {
@@ -47,11 +48,24 @@ std::vector<double> turned(const std::vector<double>& from, const std::vector<do
 }  // namespace
 
 Step step_named(std::string_view word) {
-  return named<Step>(word, std::array{"hold", "linear", "ease", "spline"});
+  return named<Step>(word, std::array{"hold", "linear", "ease", "spline", "geodesic"});
 }
 
 Loop loop_named(std::string_view word) {
   return named<Loop>(word, std::array{"hold", "cycle", "ping-pong", "offset"});
+}
+
+void expect_value(const std::vector<double>& value, Interpolation interpolation) {
+  if (!std::ranges::all_of(value, [](double v) { return std::isfinite(v); })) {
+    throw InputError("the value must be finite");
+  }
+  if (interpolation == Interpolation::rotation && !(vector_of(value).norm() > 0)) {
+    throw InputError("the value is zero, which is no turn");
+  }
+  if (interpolation == Interpolation::logarithmic &&
+      !std::ranges::all_of(value, [](double v) { return v > 0; })) {
+    throw InputError("the value must be above 0");
+  }
 }
 
 Track::Track(std::vector<Key> keys, Interpolation interpolation, Loop loop)
@@ -60,24 +74,24 @@ Track::Track(std::vector<Key> keys, Interpolation interpolation, Loop loop)
   std::ranges::stable_sort(keys_, {}, &Key::time);
   const auto same = std::ranges::adjacent_find(keys_, {}, &Key::time);
   if (same != keys_.end()) {
-    throw InputError(fmt::format("it has two keys at {} seconds", same->time));
+    throw InputError(fmt::format(
+        "it has two keys at {} seconds{}", same->time,
+        same->place.empty() ? ""
+                            : fmt::format(" ({} and {})", same->place, std::next(same)->place)));
   }
   for (Key& key : keys_) {
-    const bool is_usable =
-        key.value.size() == keys_.front().value.size() &&
-        std::ranges::all_of(key.value, [](double v) { return std::isfinite(v); });
-    if (!is_usable) throw InputError(fmt::format("its value at {} seconds is of no use", key.time));
-    if (interpolation_ == Interpolation::rotation && !(vector_of(key.value).norm() > 0)) {
-      throw InputError(fmt::format("its value at {} seconds is zero, which is no turn", key.time));
+    if (key.value.size() != keys_.front().value.size()) {
+      throw InputError("its keys have different numbers of values");
     }
+    expect_value(key.value, interpolation_);
     if (interpolation_ != Interpolation::logarithmic) continue;
-    for (double& number : key.value) {
-      if (!(number > 0)) {
-        throw InputError(fmt::format("its value at {} seconds must be above 0", key.time));
-      }
-      number = std::log(number);
-    }
+    for (double& number : key.value) number = std::log(number);
   }
+}
+
+const std::string& Track::place(double time) const {
+  const auto after = std::ranges::upper_bound(keys_, looped(time), {}, &Key::time);
+  return (after == keys_.begin() ? keys_.front() : *std::prev(after)).place;
 }
 
 double Track::looped(double time) const {
@@ -113,6 +127,36 @@ std::vector<double> Track::at(double time, const Track& zoom) const {
   return value;
 }
 
+std::optional<Track::Between> Track::between(double time) const {
+  const double within = looped(time);
+  const auto after = std::ranges::upper_bound(keys_, within, {}, &Key::time);
+  if (after == keys_.begin() || after == keys_.end()) return std::nullopt;
+  const Key& from = *std::prev(after);
+  return Between{&from, &*after, (within - from.time) / (after->time - from.time)};
+}
+
+std::optional<Gaze> Track::gaze(double time, const Track& look_at, const Track& zoom,
+                                double width) {
+  const auto point = look_at.between(time), closeness = zoom.between(time);
+  if (!point || !closeness || look_at.loop_ == Loop::offset || zoom.loop_ == Loop::offset) {
+    return std::nullopt;
+  }
+  const bool are_together = point->from->time == closeness->from->time &&
+                            point->to->time == closeness->to->time && point->way == closeness->way;
+  if (!are_together || point->from->step != Step::geodesic ||
+      closeness->from->step != Step::geodesic) {
+    return std::nullopt;
+  }
+  const auto from = vector_of(point->from->value), to = vector_of(point->to->value);
+  const double distance = (to - from).norm();
+  const auto width_of = [&](const Key& key) { return width / std::exp(key.value.front()); };
+  const Geodesic geodesic(distance, width_of(*closeness->from), width_of(*closeness->to));
+  const Sight sight = geodesic.at(point->way);
+  const double share = distance > 0 ? sight.panned / distance : 0;
+  const Eigen::VectorXd seen = from + share * (to - from);
+  return Gaze{{seen.begin(), seen.end()}, width / sight.width};
+}
+
 std::vector<double> Track::at(double time) const {
   const double length = keys_.back().time - keys_.front().time;
   std::vector<double> value = between_keys(looped(time));
@@ -135,7 +179,8 @@ std::vector<double> Track::between_keys(double time) const {
   const double length = after->time - key.time, t = (time - key.time) / length;
   const double eased = t * t * (3 - 2 * t);
   if (interpolation_ == Interpolation::rotation) {
-    return turned(key.value, after->value, key.step == Step::linear ? t : eased);
+    return turned(key.value, after->value,
+                  key.step == Step::ease || key.step == Step::spline ? eased : t);
   }
   const auto number = static_cast<std::size_t>(after - keys_.begin());
   std::vector<double> value;

@@ -1,6 +1,7 @@
 #pragma once
 /// Settings as functions of time, given by keys.
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,8 @@ enum class Step {
   linear,  ///< evenly
   ease,    ///< it starts and ends slowly: 3 t² − 2 t³
   spline,  ///< through all keys without a kink and without overshooting
+  /// Evenly, and pan and zoom together so that the picture always moves equally fast.
+  geodesic,
 };
 /// @throws InputError that lists the words
 Step step_named(std::string_view word);
@@ -32,6 +35,16 @@ struct Key {
   double time = 0;  ///< seconds
   std::vector<double> value;
   Step step = Step::spline;  ///< from this key to the next
+  std::string place{};       ///< where a user finds it, such as "turn.toml:12"; for messages
+};
+
+/// @throws InputError for a value that no key of such a setting can have
+void expect_value(const std::vector<double>& value, Interpolation interpolation);
+
+/// Where a camera looks, and how closely.
+struct Gaze {
+  std::vector<double> look_at;
+  double zoom = 1;
 };
 
 class Track {
@@ -47,7 +60,22 @@ class Track {
   /// does, so that it moves evenly across the picture instead of rushing at the end.
   std::vector<double> at(double time, const Track& zoom) const;
 
+  /// Between keys of the step `geodesic` that both tracks have at the same times: what the camera
+  /// sees at that time (film/geodesic.hpp). None at other times.
+  /// @param width that a zoom of 1 shows, in the unit of the point.
+  static std::optional<Gaze> gaze(double time, const Track& look_at, const Track& zoom,
+                                  double width);
+
+  /// The place of the key that the value at that time comes from: the last one, or else the first.
+  const std::string& place(double time) const;
+
  private:
+  /// The keys before and after a time; none before the first and after the last.
+  struct Between {
+    const Key *from, *to;
+    double way;  ///< 0 at the first, 1 at the second
+  };
+  std::optional<Between> between(double time) const;
   /// The time within the keys that stands for any time.
   double looped(double time) const;
   std::vector<double> between_keys(double time) const;
