@@ -191,6 +191,7 @@ UNSEEN = {
     "--trust-device": "only GPUs are tested before their first use",
     "compare --detail": "on a grid this coarse its figures stay the same",
     "film make --keep-frames": "system.film has an encoder for it",
+    "film make --jobs": "its pictures are the same",
     "surface --dense": "by its help the mesh stays the same",
     "surface --largest-component": "these sets have one component",
     "surface --min-component": "these sets have one component",
@@ -329,7 +330,7 @@ RUNS = {
             {"--turntable": makes("t_002.png")}),
     ],
     "film make": [
-        Run("film.toml", {"--output": "film", "--seconds": "1", "--frames": "1:1", "--keep-frames": None},
+        Run("film.toml", {"--output": "film", "--seconds": "1", "--frames": "1:1", "--keep-frames": None, "--jobs": "2"},
             {"--seconds": lambda done, value: done.json["pictures"] == 1,
              "--frames": lambda done, value: not done.path("film/frame_0002.png").exists()}),
     ],

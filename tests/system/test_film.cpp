@@ -1,10 +1,14 @@
 /// Films: scripts in, pictures and films out.
 
+#include <sys/stat.h>
+
 #include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "batch/folder_lock.hpp"
 #include "obj_text.hpp"
 #include "png_file.hpp"
 #include "process.hpp"
@@ -98,6 +102,9 @@ TEST_CASE("a film's pictures are the same however they are drawn, and each can b
     CHECK((frame(studio, "parts", i) == frame(studio, "whole", i)));  // bytes are not for eyes
     CHECK((frame(studio, "killed", i) == frame(studio, "whole", i)));
   }
+  // Two at a time.
+  CHECK(film(studio, "both", {"--jobs", "2"}).exit_code == 0);
+  for (int i = 1; i <= 6; ++i) CHECK((frame(studio, "both", i) == frame(studio, "whole", i)));
   // Another script's pictures are drawn anew.
   std::string other = kScript;
   other.replace(other.find("180"), 3, "170");
@@ -143,17 +150,100 @@ TEST_CASE("FFmpeg gets the pictures, and where it fails they are kept with the c
   CHECK(film(studio, "kept.gif", {"--keep-frames"}, with_it).exit_code == 0);
   CHECK(std::filesystem::exists(studio.folder / "kept.frames/frame_0006.png"));
   std::ofstream(program + ".fail") << "";
-  const auto failed = film(studio, "not.webm", {}, with_it);
+  const auto failed = film(studio, "not.mp4", {}, with_it);
   CHECK(failed.exit_code == 1);
   CHECK_THAT(failed.err, ContainsSubstring("no encoder") && ContainsSubstring("not.frames") &&
                              ContainsSubstring("the command was: ffmpeg -hide_banner") &&
-                             ContainsSubstring("libsvtav1"));
+                             ContainsSubstring("libx264"));
   CHECK(std::filesystem::exists(studio.folder / "not.frames/frame_0006.png"));
-  CHECK_FALSE(std::filesystem::exists(studio.folder / "not.webm"));
+  CHECK_FALSE(std::filesystem::exists(studio.folder / "not.mp4"));
   const auto without =
       film(studio, "none.mp4", {}, {.environment = {{"PATH", studio.folder / "none"}}});
   CHECK(without.exit_code == 1);
   CHECK_THAT(without.err, ContainsSubstring("install FFmpeg"));
+}
+
+TEST_CASE("a film goes through links and into pipes, and its folder is one command's") {
+  const Studio studio;
+  std::filesystem::create_directory(studio.folder / "bin");
+  const std::string program = studio.folder.file("bin/ffmpeg",
+                                                 "#!/bin/sh\n"
+                                                 "for last; do :; done\n"
+                                                 "echo film > \"${last#file:}\"\n");
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  const RunOptions with_it{.environment = {{"PATH", studio.folder / "bin:/usr/bin:/bin"}}};
+  const auto is_link = [&](const std::string& name) {
+    return std::filesystem::is_symlink(studio.folder / name);
+  };
+  studio.folder.file("old.mp4", "old");
+  std::filesystem::create_symlink("old.mp4", studio.folder / "link.mp4");
+  CHECK(film(studio, "link.mp4", {}, with_it).exit_code == 0);
+  CHECK(is_link("link.mp4"));
+  CHECK(read_text(studio.folder / "old.mp4") == "film\n");
+  const std::string pipe = studio.folder / "pipe.mp4";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  std::string got;
+  std::jthread reader([&] { got = read_text(pipe); });
+  CHECK(film(studio, "pipe.mp4", {}, with_it).exit_code == 0);
+  reader.join();
+  CHECK(got == "film\n");
+  CHECK(std::filesystem::is_fifo(pipe));
+  // A file is no folder.
+  studio.folder.file("file", "mine");
+  const auto no_folder = film(studio, "file");
+  CHECK(no_folder.exit_code == 2);
+  CHECK_THAT(no_folder.err, ContainsSubstring("is to be a folder of pictures"));
+  CHECK(read_text(studio.folder / "file") == "mine");
+  // One command at a time, unless all draw parts.
+  std::filesystem::create_directory(studio.folder / "held");
+  {
+    const qjulia::batch::FolderLock lock(studio.folder / "held");
+    CHECK_THAT(film(studio, "held").err, ContainsSubstring("is in use by process"));
+    CHECK(film(studio, "held", {"--frames", "1:1"}).exit_code == 1);
+  }
+  {
+    const qjulia::batch::FolderLock lock(studio.folder / "held",
+                                         qjulia::batch::FolderLock::Kind::shared);
+    CHECK(film(studio, "held").exit_code == 1);
+    CHECK(film(studio, "held", {"--frames", "1:1"}).exit_code == 0);
+  }
+  // A shorter film leaves none of a longer one's pictures.
+  CHECK(film(studio, "held").exit_code == 0);
+  studio.folder.file("held/frame_0007.png", "mine");
+  const auto shorter = film(studio, "held", {"--seconds", "1"});
+  CHECK(shorter.exit_code == 0);
+  CHECK_THAT(shorter.err, ContainsSubstring("3 pictures of a longer film were removed"));
+  CHECK_FALSE(std::filesystem::exists(studio.folder / "held/frame_0004.png"));
+  CHECK(read_text(studio.folder / "held/frame_0007.png") == "mine");
+}
+
+TEST_CASE("a film says what it keeps from picture to picture, and lamps stand still") {
+  const Studio studio;
+  const auto told = [&](const std::string& key) {
+    const std::string script = studio.folder.file(
+        "moves.toml",
+        "[film]\nmap = \"ball.qjulia.json\"\nseconds = 2\nrate = 2\n[options]\nsize = "
+        "\"32x24\"\nsamples = 1\n[[key]]\nat = 0\n" +
+            key + "[[key]]\nat = 2\n" + std::string(key).replace(key.find("0.1"), 3, "0.3"));
+    const auto made =
+        run_command({"film", script, "-o", studio.folder / "moves", "--json", "--device", "cpu"});
+    INFO(made.err);
+    REQUIRE(made.exit_code == 0);
+    return json::parse(made.out)["kept"];
+  };
+  CHECK(told("azimuth = 0.1\n") == json{{"all", 3}, {"set", 1}, {"nothing", 0}});
+  CHECK(told("lamp_turn = 0.1\nroughness = 0.1\n")["all"] == 3);
+  CHECK(told("fill = 0.1\n") == json{{"all", 0}, {"set", 4}, {"nothing", 0}});
+  CHECK(told("drift = 0.1\n")["nothing"] == 4);
+  CHECK(film(studio, "turn").exit_code == 0);
+  const auto job = [&](int number) {
+    const auto note = run_command(
+        {"info", studio.folder / ("turn/frame_000" + std::to_string(number) + ".png"), "--json"});
+    return json::parse(note.out)["made_with"]["job"];
+  };
+  CHECK(job(1)["options"]["lamp_turn"] == 0);
+  CHECK(job(4)["options"]["lamp_turn"] == 0);
+  CHECK(job(4)["options"]["azimuth"] == 90);
 }
 
 TEST_CASE("a sheet shows the film, and its templates can be filmed") {
@@ -162,6 +252,8 @@ TEST_CASE("a sheet shows the film, and its templates can be filmed") {
                                   "--pictures", "4", "--json", "--device", "cpu"});
   REQUIRE(sheet.exit_code == 0);
   CHECK(json::parse(sheet.out)["pictures"] == 4);
+  const auto note = run_command({"info", studio.folder / "s.png", "--json"});
+  CHECK(json::parse(note.out)["made_with"]["job"]["fnv1a64"].contains("map"));
   for (const char* name : {"turntable", "dissolve", "dive", "breathe"}) {
     INFO(name);
     const auto script = run_command({"film", "template", name});
@@ -200,6 +292,31 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
   REQUIRE(looked.exit_code == 0);
   const auto told = run_command({"info", studio.folder / "look/frame_0001.png", "--json"});
   CHECK(json::parse(told.out)["made_with"]["job"]["options"]["look"] == "mine.toml");
+  // As spreadsheets write tables.
+  studio.folder.file("keys.csv",
+                     "\xEF\xBB\xBF\"at\";zoom;\"look-at\"\r\n0;1;\"0 0 0\"\r\n;;\r\n2;2.5;\r\n");
+  CHECK(run_command(
+            {"film", studio.folder / "zoom.toml", "-o", studio.folder / "sheet", "--device", "cpu"})
+            .exit_code == 0);
+  const std::string keyed = "[film]\nmap = \"ball.qjulia.json\"\nseconds = 1\nkeys = \"k.csv\"\n";
+  studio.folder.file("k.csv", "at;zoom\n0;1\n1;2,5\n2;-1\n");
+  CHECK_THAT(studio.refused(keyed),
+             ContainsSubstring("k.csv:3: zoom: '2,5': numbers have a point, not a comma: 2.5") &&
+                 ContainsSubstring("k.csv:4: zoom: the value must be above 0"));
+  studio.folder.file("k.csv", "at,zoom\n0,1,5\n");
+  CHECK_THAT(studio.refused(keyed), ContainsSubstring("k.csv:2: the row has more cells"));
+  studio.folder.file("k.csv", "at,zoom\n0,\"1\n");
+  CHECK_THAT(studio.refused(keyed), ContainsSubstring("k.csv:2: a quote has no end"));
+  // All at once, with the line of each.
+  CHECK_THAT(studio.refused(film + "[[key]]\nat = 0\nazimut = 3\nzoom = 0\n[[key]]\nzoom = 3\n"),
+             ContainsSubstring("bad.toml:6: azimut: there is no such") &&
+                 ContainsSubstring("bad.toml:7: zoom: the value must be above 0") &&
+                 ContainsSubstring("bad.toml:8: this [[key]] has no 'at'"));
+  CHECK_THAT(
+      studio.refused(film + "[[key]]\nat = 0\nelevation = 1\nroughness = 0\n[[key]]\nat = 1\n"
+                            "elevation = 99\nroughness = 2\n"),
+      ContainsSubstring("bad.toml:6: elevation at") &&
+          ContainsSubstring("bad.toml:7: roughness at"));
   CHECK_THAT(studio.refused("[film]\nmap = \"ball.qjulia.json\"\n"),
              ContainsSubstring("bad.toml:1: [film] has no seconds"));
   CHECK_THAT(studio.refused(film + "speed = 3\n"),
@@ -211,9 +328,9 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
              ContainsSubstring("look_at: give 3 numbers"));
   CHECK_THAT(studio.refused(film + "[[key]]\nat = 0\nzoom = -1\n"), ContainsSubstring("above 0"));
   CHECK_THAT(studio.refused(film + "[[key]]\nat = 0\nstep = \"fast\"\nzoom = 1\n"),
-             ContainsSubstring("hold, linear, ease, spline"));
+             ContainsSubstring("hold, linear, ease, spline, geodesic"));
   CHECK_THAT(studio.refused(film + "[[key]]\nat = 0\nelevation = 91\n"),
-             ContainsSubstring("elevation at 0 seconds"));
+             ContainsSubstring("bad.toml:6: elevation at 0 seconds"));
   CHECK_THAT(studio.refused(film + "[options]\nsize = \"big\"\n"),
              ContainsSubstring("bad.toml:4: [options]: "));
   CHECK_THAT(studio.refused(film + "keys = \"none.csv\"\n"), ContainsSubstring("none.csv"));
@@ -229,4 +346,6 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
   CHECK(run_command({"film", studio.script, "-o", studio.folder / "x", "--frames", "5:9"})
             .exit_code == 2);
   CHECK(run_command({"film", studio.script, "-o", studio.folder / "x.avi"}).exit_code == 2);
+  CHECK_THAT(run_command({"film", studio.script, "-o", studio.folder / "x.webm"}).err,
+             ContainsSubstring("64 x 64 pixels at least, and these have 32 x 24"));
 }

@@ -37,12 +37,12 @@ std::string holder(const std::filesystem::path& path) {
 }
 
 /// Tries for half a second: `is_locked` also takes the lock for a moment.
-bool take_lock(int file) {
+bool take_lock(int file, int how) {
   constexpr int kTries = 26;
   constexpr std::chrono::milliseconds kBetweenTries{20};
   for (int i = 0; i < kTries; ++i) {
     if (i > 0) std::this_thread::sleep_for(kBetweenTries);
-    if (::flock(file, LOCK_EX | LOCK_NB) == 0) return true;
+    if (::flock(file, how | LOCK_NB) == 0) return true;
     if (errno != EWOULDBLOCK) return false;
   }
   return false;
@@ -62,11 +62,11 @@ std::string host_name() {
   return name.data();
 }
 
-FolderLock::FolderLock(const std::filesystem::path& folder) {
+FolderLock::FolderLock(const std::filesystem::path& folder, Kind kind) {
   const auto path = lock_path(folder);
   file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (file_ < 0) fail(path, errno);
-  if (!take_lock(file_)) {
+  if (!take_lock(file_, kind == Kind::own ? LOCK_EX : LOCK_SH)) {
     const int error = errno;
     ::close(file_);
     if (error != EWOULDBLOCK) fail(path, error);

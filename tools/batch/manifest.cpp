@@ -199,7 +199,7 @@ class Reader {
       } else if (kind == TableKind::sweep && node.is_array()) {
         read_axis(name, *node.as_array(), line, section.axes);
       } else if (!read_option(name, node, line, section.options)) {
-        unset.push_back(dashed(name));
+        unset.push_back(base::dashed(name));
       }
     }
     for (const SweepAxis& axis : section.axes) unset.push_back(axis.name);
@@ -239,7 +239,7 @@ class Reader {
   /// An option's list of values.
   void read_axis(const std::string& name, const toml::array& list, std::size_t line,
                  std::vector<SweepAxis>& axes) {
-    SweepAxis axis{dashed(name), {}};
+    SweepAxis axis{base::dashed(name), {}};
     if (list.empty()) {
       complain(line, fmt::format("'{}' is an empty list; give values, or leave it out", name));
     }
@@ -255,11 +255,6 @@ class Reader {
       axis.values.push_back(*value);
     }
     axes.push_back(std::move(axis));
-  }
-
-  static std::string dashed(std::string name) {
-    std::ranges::replace(name, '_', '-');
-    return name;
   }
 
   static const OutputKey* output_key(const std::string& name) {
@@ -386,7 +381,7 @@ class Reader {
   /// reported, and the result is empty.
   std::optional<AxisValue> read_value(const std::string& name, const toml::node& node,
                                       std::size_t line) {
-    ManifestOption option{dashed(name), {}, line};
+    ManifestOption option{base::dashed(name), {}, line};
     std::string label = "true";
     if (const auto* flag = node.as_boolean()) {
       if (!flag->get()) return AxisValue{"false", std::nullopt};

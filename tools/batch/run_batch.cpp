@@ -213,15 +213,6 @@ std::vector<base::Output> outputs_of(const Manifest& manifest,
   return outputs;
 }
 
-void make_folder(const std::filesystem::path& folder) {
-  std::error_code error, ignored;
-  std::filesystem::create_directories(folder, error);
-  if (!std::filesystem::is_directory(folder, ignored)) {
-    throw OutputError(
-        fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
-  }
-}
-
 /// Removes a file, if it is there.
 void remove_file(const std::filesystem::path& file) {
   std::error_code error;
@@ -237,7 +228,7 @@ void remove_file(const std::filesystem::path& file) {
 FolderLock prepare_batch(const Manifest& manifest, const BatchOptions& options) {
   const auto& folder = options.folder;
   base::check_distinct(inputs_of(manifest), outputs_of(manifest, folder));
-  make_folder(folder);
+  base::make_folder(folder);
   FolderLock lock(folder);
   base::remove_all_leftovers(folder);
   for (const BatchEntry& entry : manifest.entries) {

@@ -4,14 +4,23 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
 #include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "base/output_file.hpp"
 #include "base/setting_json.hpp"
 #include "base/text.hpp"
+#include "batch/folder_lock.hpp"
 #include "commands/film_commands.hpp"
 #include "commands/film_script.hpp"
 #include "console/child_output.hpp"
@@ -33,6 +42,7 @@ struct FilmArguments {
   double seconds = 0;
   std::optional<std::string> frames;  ///< "10:20"; none: all
   bool keeps_frames = false;
+  int jobs = 1;
 };
 
 struct FilmPlan : Plan {
@@ -43,6 +53,10 @@ struct FilmPlan : Plan {
   bool is_folder = false;           ///< no film is made of them
   std::size_t first = 0, last = 0;  ///< pictures to draw; last is the one after
 };
+
+bool is_transparent(const FilmPlan& plan) {
+  return plan.base.picture.background.kind == Backdrop::transparent;
+}
 
 /// "10:20" of 40: 9 and 20.
 std::pair<std::size_t, std::size_t> pictures_in(const std::string& text, std::size_t count) {
@@ -56,6 +70,17 @@ std::pair<std::size_t, std::size_t> pictures_in(const std::string& text, std::si
       fmt::format("--frames: '{}' is not FIRST:LAST of the film's pictures, 1 to {}", text, count));
 }
 
+/// @throws InputError where something that is no folder has its name
+void expect_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(folder, ignored);
+  if (!std::filesystem::exists(status) || std::filesystem::is_directory(status)) return;
+  throw InputError(
+      fmt::format("--output: '{}' is to be a folder of pictures, and is none; give "
+                  "another name, or one that ends in {}",
+                  folder.string(), fmt::join(film::film_types(), ", ")));
+}
+
 FilmPlan plan_film(const FilmArguments& arguments) {
   FilmPlan plan;
   plan.script = read_film_script(arguments.script, arguments.seconds);
@@ -64,14 +89,18 @@ FilmPlan plan_film(const FilmArguments& arguments) {
   plan.last = plan.views.size();
   if (arguments.frames) std::tie(plan.first, plan.last) = pictures_in(*arguments.frames, plan.last);
   plan.inputs = {arguments.script, plan.script.input};
+  plan.further_inputs = plan.script.files();
   const std::filesystem::path output = arguments.output;
   plan.is_folder = base::extension_of(output).empty();
   if (plan.is_folder) {
     plan.folder = output;
-    return plan;
+  } else {
+    const PictureOptions& picture = plan.base.picture;
+    plan.folder = output.parent_path() / (output.stem().string() + ".frames");
+    plan.outputs = {{"--output", output, film::film_types()}};
+    film::expect_size(output, picture.width, picture.height, is_transparent(plan));
   }
-  plan.folder = output.parent_path() / (output.stem().string() + ".frames");
-  plan.outputs = {{"--output", output, film::film_types()}};
+  expect_folder(plan.folder);
   return plan;
 }
 
@@ -159,93 +188,227 @@ Job picture_job(const FilmScript& script) {
   return job;
 }
 
-void make_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (std::filesystem::is_directory(folder, error)) return;
-  throw OutputError(fmt::format("cannot make the folder '{}'", folder.string()));
+/// Pictures of longer films that were in the folder before: their numbers come after this film's.
+std::vector<std::filesystem::path> stale_pictures(const FilmPlan& plan,
+                                                  const std::stop_token& stop) {
+  std::vector<std::filesystem::path> stale;
+  for (std::size_t number = plan.views.size() + 1;; ++number) {
+    const std::filesystem::path file = plan.folder / film::frame_name(number);
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return stale;
+    try {
+      if (embedded_note(file, stop).at("made_with").contains("film")) stale.push_back(file);
+    } catch (const InputError&) {  // somebody else's
+    }
+  }
+}
+
+/// They would become part of a film that is made of the folder by hand.
+void remove_stale_pictures(const FilmPlan& plan, Session& session) {
+  const auto stale = stale_pictures(plan, session.stop());
+  if (stale.empty()) return;
+  for (const std::filesystem::path& file : stale) {
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
+  }
+  session.console.warn(fmt::format("{} pictures of a longer film were removed: '{}' and on",
+                                   stale.size(), stale.front().string()));
+}
+
+/// How often pictures needed what, for people and programs.
+class KeptCounter {
+ public:
+  void add(std::size_t number, double seconds, const PictureSeries::Picture& made,
+           Session& session) {
+    const std::lock_guard lock(counting_);
+    ++counts_[made.kept];
+    seconds_ += seconds;
+    const std::string changed =
+        made.changed.empty() ? "" : fmt::format(": {}", fmt::join(made.changed, ", "));
+    session.console.detail(
+        fmt::format("picture {}: {:.2f} s, {}{}", number, seconds, word(made.kept), changed));
+  }
+  /// "112 kept all, 13 nothing; 1.2 s a picture"
+  std::string text() const {
+    std::vector<std::string> parts;
+    std::size_t all = 0;
+    for (const auto& [kept, count] : counts_) {
+      parts.push_back(fmt::format("{} {}", count, word(kept)));
+      all += count;
+    }
+    if (all == 0) return "";
+    return fmt::format("{}; {:.2f} s a picture", fmt::join(parts, ", "),
+                       seconds_ / static_cast<double>(all));
+  }
+  nlohmann::json json() const {
+    const auto count = [this](Kept kept) {
+      const auto found = counts_.find(kept);
+      return found == counts_.end() ? 0 : found->second;
+    };
+    return {
+        {"all", count(Kept::all)}, {"set", count(Kept::set)}, {"nothing", count(Kept::nothing)}};
+  }
+
+ private:
+  static const char* word(Kept kept) {
+    return kept == Kept::all   ? "drawn with the set and the sky of the one before"
+           : kept == Kept::set ? "drawn with the set of the one before"
+                               : "drawn anew";
+  }
+
+  std::mutex counting_;
+  std::map<Kept, std::size_t> counts_;
+  double seconds_ = 0;  ///< of all pictures
+};
+
+/// Pictures that are to be drawn, handed out one by one to threads.
+class FilmDrawing {
+ public:
+  FilmDrawing(const FilmPlan& plan, const std::string& key, std::vector<std::size_t> missing,
+              Session& session, KeptCounter& kept)
+      : plan_(plan), key_(key), missing_(std::move(missing)), session_(session), kept_(kept) {}
+
+  /// Draws until none is left, or another thread has failed.
+  void draw(PictureSeries& series) {
+    while (!has_failed_) {
+      const std::size_t place = next_++;
+      if (place >= missing_.size()) return;
+      try {
+        draw(series, missing_[place]);
+      } catch (...) {
+        has_failed_ = true;
+        throw;
+      }
+    }
+  }
+
+ private:
+  void draw(PictureSeries& series, std::size_t i) {
+    const auto start = std::chrono::steady_clock::now();
+    // Of several pictures at once, each tells of all that are done.
+    const auto made =
+        series.picture(i, plan_.base, false, part_monitor(session_, done_, missing_.size()));
+    nlohmann::json how = made_with(made.job);
+    how["picture"] = to_json(made.view.picture);
+    how["film"] = film_note(key_, i + 1);
+    write_picture(made.image, plan_.folder / film::frame_name(i + 1), how);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    kept_.add(i + 1, taken.count(), made, session_);
+    const std::lock_guard lock(telling_);
+    session_.written_so_far = fmt::format("{} of {} pictures are in '{}'; the same command goes on",
+                                          plan_.last - plan_.first - missing_.size() + ++done_,
+                                          plan_.last - plan_.first, plan_.folder.string());
+  }
+
+  const FilmPlan& plan_;
+  const std::string& key_;
+  std::vector<std::size_t> missing_;
+  Session& session_;
+  KeptCounter& kept_;
+  std::atomic<std::size_t> next_{0}, done_{0};
+  std::atomic<bool> has_failed_{false};
+  std::mutex telling_;
+};
+
+/// Draws the pictures with several threads, each with a queue of the device. @throws what the first
+/// thread throws
+void draw_with_threads(FilmDrawing& drawing, std::vector<std::unique_ptr<PictureSeries>>& series) {
+  std::vector<std::exception_ptr> errors(series.size());
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 0; i < series.size(); ++i) {
+      threads.emplace_back([&drawing, &own = *series[i], &error = errors[i]] {
+        try {
+          drawing.draw(own);
+        } catch (...) {
+          error = std::current_exception();
+        }
+      });
+    }
+  }
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
 }
 
 /// Draws the pictures that are not there yet. @return how many it drew.
-std::size_t draw_pictures(const FilmPlan& plan, Scene scene, const Device& device,
-                          Session& session) {
+std::size_t draw_pictures(const FilmPlan& plan, int jobs, const Scene& scene, const Device& device,
+                          Session& session, KeptCounter& kept) {
   const FilmScript& script = plan.script;
   Job job = picture_job(script);
   job.device = device_json(device.info());
   const std::string key = key_of(plan, job);
   const std::filesystem::path state = plan.folder / "film.json";
-  make_folder(plan.folder);
-  PictureSeries series(device, std::move(scene), script.input, plan.views, job, session);
-  if (auto kept = kept_frame(state, key, plan.views)) {
-    series.use(std::move(*kept));
+  std::vector<std::size_t> missing;
+  for (std::size_t i = plan.first; i < plan.last; ++i) {
+    const std::filesystem::path file = plan.folder / film::frame_name(i + 1);
+    if (!is_drawn(file, film_note(key, i + 1), session.stop())) missing.push_back(i);
+  }
+  remove_stale_pictures(plan, session);
+  if (missing.empty()) return 0;
+  std::vector<std::unique_ptr<PictureSeries>> series;
+  const auto add_series = [&](const Device& own) {
+    series.push_back(
+        std::make_unique<PictureSeries>(own, scene, script.input, plan.views, job, session));
+  };
+  add_series(device);
+  auto frame = kept_frame(state, key, plan.views);
+  if (frame) {
+    series.front()->use(*frame);
   } else {
-    nlohmann::json found = state_json(series.frame_with_exposure());
+    frame = series.front()->frame_with_exposure();
+    nlohmann::json found = state_json(*frame);
     found["key"] = key;
     base::write_file(state, found.dump() + "\n");
   }
-  std::size_t drawn = 0;
-  const std::size_t count = plan.last - plan.first;
-  for (std::size_t i = plan.first; i < plan.last; ++i) {
-    const std::filesystem::path file = plan.folder / film::frame_name(i + 1);
-    if (is_drawn(file, film_note(key, i + 1), session.stop())) continue;
-    const auto made =
-        series.picture(i, plan.base, false, part_monitor(session, i - plan.first, count));
-    nlohmann::json how = made_with(made.job);
-    how["picture"] = to_json(made.view.picture);
-    how["film"] = film_note(key, i + 1);
-    write_picture(made.image, file, how);
-    ++drawn;
-    session.written_so_far = fmt::format("{} of {} pictures are in '{}'; the same command goes on",
-                                         i + 1, plan.views.size(), plan.folder.string());
+  while (series.size() < std::min(static_cast<std::size_t>(jobs), missing.size())) {
+    add_series(device.sibling());
+    series.back()->use(*frame);
   }
-  return drawn;
+  const std::size_t count = missing.size();
+  FilmDrawing drawing(plan, key, std::move(missing), session, kept);
+  draw_with_threads(drawing, series);
+  return count;
 }
 
-/// What a user types to make the film by hand.
-std::string typed(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) {
-    const std::size_t dashes = std::min(word.find_first_not_of('-'), word.size());
-    text += (text.empty() ? "" : " ") + word.substr(0, dashes) + shell_word(word.substr(dashes));
-  }
-  return text;
+/// Puts the file's bytes to where a user wants them: through links, and into pipes.
+void deliver(const std::filesystem::path& from, const std::filesystem::path& to) {
+  std::ifstream in(from, std::ios::binary);
+  base::OutputFile file(to);
+  if (in.peek() != std::char_traits<char>::eof()) file.stream() << in.rdbuf();
+  if (!in || in.bad()) throw OutputError(fmt::format("cannot read '{}'", from.string()));
+  file.commit();
 }
 
 /// Has FFmpeg make the film. @throws OutputError that shows the command to run
 void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& session) {
   const std::filesystem::path output = arguments.output;
-  const auto unfinished = output.parent_path() / ("." + output.stem().string() + ".unfinished" +
-                                                  base::extension_of(output));
-  film::Encoding encoding{plan.folder,
-                          unfinished,
-                          plan.script.rate,
-                          plan.views.size(),
-                          plan.base.picture.background.kind == Backdrop::transparent,
-                          one_line(made_with(session.job()))};
+  const auto unfinished = plan.folder / ("film.unfinished" + base::extension_of(output));
+  film::Encoding encoding{plan.folder,          unfinished,
+                          plan.script.rate,     plan.views.size(),
+                          is_transparent(plan), one_line(made_with(session.job()))};
   session.monitor().report({"encoding", 0, -1, ""});
   ChildOutput said;
+  std::error_code ignored;
   try {
     said = child_output(film::encoder_words(encoding), session.stop());
+    if (said.exit_code == 0) deliver(unfinished, output);
   } catch (const InputError& error) {
     said = {kFailed, {}, fmt::format("{}; install FFmpeg", error.what())};
+  } catch (const OutputError& error) {
+    said = {kFailed, {}, error.what()};
   } catch (const Interrupted&) {
-    std::error_code ignored;
     std::filesystem::remove(unfinished, ignored);
     throw;
   }
-  std::error_code error;
-  if (said.exit_code == 0) {
-    std::filesystem::rename(unfinished, output, error);
-    if (!error) return;
-    said.err = error.message();
-  }
-  std::filesystem::remove(unfinished, error);
+  std::filesystem::remove(unfinished, ignored);
+  if (said.exit_code == 0) return;
   encoding.output = output;
   encoding.note.clear();
   throw OutputError(
       fmt::format("the film could not be made of its pictures, which are kept in "
                   "'{}': {}\nthe command was: {}",
-                  plan.folder.string(), said.err, typed(film::encoder_words(encoding))));
+                  plan.folder.string(), said.err, shell_words(film::encoder_words(encoding))));
 }
 
 /// Removes the film's own files, and the folder where nothing else is in it.
@@ -254,14 +417,22 @@ void remove_pictures(const FilmPlan& plan) {
   for (std::size_t i = 1; i <= plan.views.size(); ++i) {
     std::filesystem::remove(plan.folder / film::frame_name(i), ignored);
   }
-  std::filesystem::remove(plan.folder / "film.json", ignored);
+  for (const char* name : {"film.json", ".lock"}) {
+    std::filesystem::remove(plan.folder / name, ignored);
+  }
   std::filesystem::remove(plan.folder, ignored);
 }
 
 int run_film(const FilmArguments& arguments, const FilmPlan& plan, Session& session) {
-  Scene scene = read_scene(plan.script.input, session);
+  const Scene scene = read_scene(plan.script.input, session);
   const Device device = session.open_device(arguments.device);
-  const std::size_t drawn = draw_pictures(plan, std::move(scene), device, session);
+  base::make_folder(plan.folder);
+  // Machines that draw parts of one film share its folder.
+  const batch::FolderLock lock(plan.folder, arguments.frames ? batch::FolderLock::Kind::shared
+                                                             : batch::FolderLock::Kind::own);
+  base::remove_all_leftovers(plan.folder);
+  KeptCounter kept;
+  const std::size_t drawn = draw_pictures(plan, arguments.jobs, scene, device, session, kept);
   session.report_kernels(device);
   const bool makes_film = !plan.is_folder && !arguments.frames;
   if (makes_film) {
@@ -270,12 +441,14 @@ int run_film(const FilmArguments& arguments, const FilmPlan& plan, Session& sess
   }
   const std::string made = makes_film ? fmt::format("film: {}", arguments.output)
                                       : fmt::format("pictures: {}", plan.folder.string());
+  const std::string how = drawn > 0 ? fmt::format("{}\n", kept.text()) : "";
   session.console.summary(
-      fmt::format("{} pictures, of which {} were drawn now, {:.1f} s\n{}", plan.last - plan.first,
-                  drawn, session.seconds(), made),
+      fmt::format("{} pictures, of which {} were drawn now, {:.1f} s\n{}{}", plan.last - plan.first,
+                  drawn, session.seconds(), how, made),
       {{"film", makes_film ? nlohmann::json(arguments.output) : nlohmann::json()},
        {"pictures", plan.last - plan.first},
        {"drawn", drawn},
+       {"kept", kept.json()},
        {"folder", plan.folder.string()},
        {"seconds", session.seconds()}});
   return kDone;
@@ -298,6 +471,11 @@ void describe_film(Command command, FilmArguments& a) {
   command
       .flag("--keep-frames", a.keeps_frames,
             "Keep the folder of pictures, FILM.frames, once the film is made")
+      .not_in_job();
+  command
+      .add("--jobs", &a.jobs, "N",
+           "Pictures that are drawn at the same time; each has its own grids and tables in memory")
+      .range(1, 64)
       .not_in_job();
   add_device_to_use(command, a.device);
 }

@@ -16,6 +16,8 @@
 #include "describe/files.hpp"
 #include "describe/moving_settings.hpp"
 #include "qjulia/base/error.hpp"
+#include "qjulia/map/map_file.hpp"
+#include "qjulia/mesh/mesh.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -24,12 +26,6 @@ constexpr std::uint64_t kLargestScript = std::uint64_t{16} << 20;
 constexpr std::size_t kMostPictures = 100'000;
 
 std::size_t line_of_node(const toml::node& node) { return node.source().begin.line; }
-
-/// The name of a moving setting: "look-at" of "look_at".
-std::string dashed(std::string name) {
-  std::ranges::replace(name, '_', '-');
-  return name;
-}
 
 /// The numbers of a value: one, or an array of them.
 std::vector<double> numbers_of(const toml::node& node) {
@@ -57,6 +53,64 @@ std::string text_of_file(const std::filesystem::path& path, const char* what) {
   return base::read_text_file(path, what, kLargestScript, {});
 }
 
+struct Row {
+  std::size_t line = 0;  ///< that it begins in
+  std::vector<std::string> cells;
+};
+
+/// The rows of a table of comma-separated values (RFC 4180), or with semicolons or tabs in place of
+/// commas: cells may stand in quotes, with a quote doubled and any separator inside.
+std::vector<Row> rows_of(std::string_view text) {
+  const std::string_view head = text.substr(0, text.find('\n'));
+  const char between = head.find('\t') != std::string_view::npos  ? '\t'
+                       : head.find(';') != std::string_view::npos ? ';'
+                                                                  : ',';
+  std::vector<Row> rows;
+  std::size_t line = 1;
+  bool is_quoted = false, is_new = true;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (is_new) rows.push_back({line, {""}});
+    is_new = false;
+    std::string& cell = rows.back().cells.back();
+    if (c == '"' && is_quoted && text.substr(i + 1, 1) == "\"") {
+      cell += text[++i];
+    } else if (c == '"' && (is_quoted || cell.empty())) {
+      is_quoted = !is_quoted;
+    } else if (c == between && !is_quoted) {
+      rows.back().cells.emplace_back();
+    } else if (c == '\n' && !is_quoted) {
+      is_new = true;
+    } else if (c != '\r') {
+      cell += c;
+    }
+    if (c == '\n') ++line;
+  }
+  if (is_quoted) throw InputError(fmt::format("{}: a quote has no end", rows.back().line));
+  std::erase_if(rows, [](const Row& row) {
+    return std::ranges::all_of(row.cells, [](const std::string& cell) { return cell.empty(); });
+  });
+  return rows;
+}
+
+/// @throws InputError
+double number_of_cell(const std::string& word) {
+  if (word.find(',') != std::string::npos) {
+    std::string pointed = word;
+    std::ranges::replace(pointed, ',', '.');
+    throw InputError(fmt::format("'{}': numbers have a point, not a comma: {}", word, pointed));
+  }
+  return finite_number(word);
+}
+
+/// The diagonal of what is filmed, shape units.
+double size_of(const std::string& input) {
+  if (is_mesh_file(input)) return read_mesh(input).box().diagonal();
+  const Map map = read_map(input);
+  constexpr double kUsualSize = 2;  // map units
+  return map.frame.own_diagonal().value_or(kUsualSize / map.frame.shape_to_map.scale);
+}
+
 /// Reads a script, table by table.
 class ScriptReader {
  public:
@@ -70,24 +124,45 @@ class ScriptReader {
       const bool is_known = (name == "film" || name == "options" || name == "loop")
                                 ? node.is_table()
                                 : name == "key" && node.is_array_of_tables();
-      if (!is_known) {
-        fail(node, fmt::format("'{}' is not known here; a script has [film], [options], [loop] and "
-                               "any number of [[key]]",
-                               name));
-      }
+      if (is_known) continue;
+      attempt([&, &where = node] {
+        fail(where, fmt::format("'{}' is not known here; a script has [film], [options], [loop] "
+                                "and any number of [[key]]",
+                                name));
+      });
     }
-    read_film(root);
-    if (const auto* options = root["options"].as_table()) read_options(*options);
+    attempt([&] { read_film(root); });
+    if (const auto* options = root["options"].as_table(); options && !script_.input.empty()) {
+      attempt([&] { read_options(*options); });
+    }
     if (const auto* list = root["key"].as_array()) {
-      for (const toml::node& each : *list) read_key(*each.as_table());
+      for (const toml::node& each : *list) attempt([&] { read_key(*each.as_table()); });
     }
-    make_tracks(root["loop"].as_table());
-    return std::move(script_);
+    if (problems_.empty()) make_tracks(root["loop"].as_table());
+    if (problems_.empty() && is_geodesic_) attempt([&] { script_.width = size_of(script_.input); });
+    if (problems_.empty()) return std::move(script_);
+    throw InputError(fmt::format("{}", fmt::join(problems_, "\n")));
   }
 
  private:
+  /// What is wrong in `call` is told with all else that is wrong.
+  template <class Call>
+  void attempt(const Call& call) {
+    try {
+      call();
+    } catch (const InputError& error) {
+      if (std::ranges::find(problems_, error.what()) == problems_.end()) {
+        problems_.emplace_back(error.what());
+      }
+    }
+  }
+
+  std::string place_of(const toml::node& node) const {
+    return fmt::format("{}:{}", file_.string(), line_of_node(node));
+  }
+
   [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
-    throw InputError(fmt::format("{}:{}: {}", file_.string(), line_of_node(node), what));
+    throw InputError(fmt::format("{}: {}", place_of(node), what));
   }
 
   /// What `call` returns; the file, the line and the name stand before what goes wrong in it.
@@ -120,27 +195,11 @@ class ScriptReader {
       throw InputError(
           fmt::format("'{}' has no [film] with a map and its seconds", file_.string()));
     }
-    std::string keys;
+    const std::size_t before = problems_.size();
     for (auto&& [key, node] : *film) {
-      const std::string name(key.str());
-      if (name == "map") {
-        script_.input = (file_.parent_path() / text(node, name)).string();
-      } else if (name == "seconds") {
-        script_.seconds = number_above_0(node, name);
-      } else if (name == "rate") {
-        script_.rate = number_above_0(node, name);
-      } else if (name == "step") {
-        step_ = at(node, name, [&, &word = node] { return film::step_named(text(word, name)); });
-      } else if (name == "loop") {
-        loop_ = at(node, name, [&, &word = node] { return film::loop_named(text(word, name)); });
-      } else if (name == "keys") {
-        keys = (file_.parent_path() / text(node, name)).string();
-      } else {
-        fail(node, fmt::format("'{}' is not known in [film]; it has map, seconds, rate, step, loop "
-                               "and keys",
-                               name));
-      }
+      attempt([&, &word = node, name = std::string(key.str())] { read_entry(name, word); });
     }
+    if (problems_.size() > before) return;
     if (script_.input.empty()) fail(*film, "[film] has no map; name the map or mesh to film");
     if (script_.seconds == 0) fail(*film, "[film] has no seconds; give the film's length");
     if (wanted_seconds_ > 0) {
@@ -152,7 +211,29 @@ class ScriptReader {
                               "lower rate",
                               kMostPictures));
     }
-    if (!keys.empty()) read_key_file(keys);
+    if (script_.keys.empty()) return;
+    attempt([&] { read_key_file(script_.keys); });
+  }
+
+  /// An entry of [film].
+  void read_entry(const std::string& name, const toml::node& node) {
+    if (name == "map") {
+      script_.input = (file_.parent_path() / text(node, name)).string();
+    } else if (name == "seconds") {
+      script_.seconds = number_above_0(node, name);
+    } else if (name == "rate") {
+      script_.rate = number_above_0(node, name);
+    } else if (name == "step") {
+      step_ = at(node, name, [&] { return film::step_named(text(node, name)); });
+    } else if (name == "loop") {
+      loop_ = at(node, name, [&] { return film::loop_named(text(node, name)); });
+    } else if (name == "keys") {
+      script_.keys = (file_.parent_path() / text(node, name)).string();
+    } else {
+      fail(node, fmt::format("'{}' is not known in [film]; it has map, seconds, rate, step, loop "
+                             "and keys",
+                             name));
+    }
   }
 
   void read_options(const toml::table& options) {
@@ -166,7 +247,7 @@ class ScriptReader {
   }
 
   const MovingSetting& setting_of(const std::string& name) const {
-    const auto found = moving_settings().find(dashed(name));
+    const auto found = moving_settings().find(base::dashed(name));
     if (found != moving_settings().end()) return found->second;
     std::vector<std::string> names;
     for (const auto& [known, setting] : moving_settings()) names.push_back(known);
@@ -174,14 +255,19 @@ class ScriptReader {
         fmt::format("there is no such setting to move; it can be {}", fmt::join(names, ", ")));
   }
 
-  void add_key(const std::string& name, double time, std::vector<double> value, film::Step step) {
+  /// @param place where the value stands
+  void add_key(const std::string& name, double time, std::vector<double> value, film::Step step,
+               std::string place) {
     const MovingSetting& setting = setting_of(name);
     if (value.size() != setting.numbers) {
       throw InputError(fmt::format("give {}", setting.numbers == 1
                                                   ? "a number"
                                                   : fmt::format("{} numbers", setting.numbers)));
     }
-    keys_[dashed(name)].push_back({stretch_ * time, std::move(value), step});
+    film::expect_value(value, setting.interpolation);
+    is_geodesic_ = is_geodesic_ || step == film::Step::geodesic;
+    keys_[base::dashed(name)].push_back(
+        {stretch_ * time, std::move(value), step, std::move(place)});
   }
 
   void read_key(const toml::table& table) {
@@ -194,49 +280,52 @@ class ScriptReader {
     for (auto&& [key, node] : table) {
       const std::string name(key.str());
       if (name == "at" || name == "step") continue;
-      at(node, name, [&, &value = node] { add_key(name, *time, numbers_of(value), step); });
+      attempt([&, &value = node] {
+        at(value, name, [&] { add_key(name, *time, numbers_of(value), step, place_of(value)); });
+      });
     }
   }
 
   /// A table whose first row has names, "at" the first of them; an empty cell is no key.
   void read_key_file(const std::string& path) {
     const std::string content = text_of_file(path, "table of keys");
-    const char between = content.find('\t') != std::string::npos  ? '\t'
-                         : content.find(';') != std::string::npos ? ';'
-                                                                  : ',';
-    std::vector<std::string> names;
-    std::istringstream lines(content);
-    std::string line;
-    for (int number = 1; std::getline(lines, line); ++number) {
-      if (line.ends_with('\r')) line.pop_back();
-      if (line.empty()) continue;
-      const std::vector<std::string> cells = base::split(line, between);
-      try {
-        if (names.empty()) {
-          names = cells;
-          if (names.front() != "at") throw InputError("the first column is 'at', in seconds");
-          continue;
-        }
-        read_row(names, cells);
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("{}:{}: {}", path, number, error.what()));
-      }
+    std::vector<Row> rows;
+    try {
+      rows = rows_of(base::without_byte_order_mark(content));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}:{}", path, error.what()));
+    }
+    if (rows.empty() || rows.front().cells.front() != "at") {
+      throw InputError(fmt::format("{}:1: the first column is 'at', in seconds", path));
+    }
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+      attempt(
+          [&] { read_row(rows.front().cells, rows[i], fmt::format("{}:{}", path, rows[i].line)); });
     }
   }
 
-  void read_row(const std::vector<std::string>& names, const std::vector<std::string>& cells) {
-    if (cells.size() > names.size()) throw InputError("the row has more cells than the first one");
-    const double time = finite_number(cells.front());
-    for (std::size_t i = 1; i < cells.size(); ++i) {
-      if (cells[i].empty()) continue;
-      std::vector<double> value;
+  void read_row(const std::vector<std::string>& names, const Row& row, const std::string& place) {
+    if (row.cells.size() > names.size()) {
+      throw InputError(
+          fmt::format("{}: the row has more cells than the first one; numbers have a "
+                      "point, not a comma",
+                      place));
+    }
+    double time = 0;
+    for (std::size_t i = 0; i < row.cells.size(); ++i) {
+      if (i > 0 && row.cells[i].empty()) continue;
       try {
-        for (const std::string& word : base::split(cells[i], ' ')) {
-          value.push_back(finite_number(word));
+        if (i == 0) {
+          time = number_of_cell(row.cells[0]);
+          continue;
         }
-        add_key(names[i], time, std::move(value), step_);
+        std::vector<double> value;
+        for (const std::string& word : base::split(row.cells[i], ' ')) {
+          value.push_back(number_of_cell(word));
+        }
+        add_key(names[i], time, std::move(value), step_, place);
       } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", names[i], error.what()));
+        throw InputError(fmt::format("{}: {}: {}", place, names[i], error.what()));
       }
     }
   }
@@ -245,15 +334,16 @@ class ScriptReader {
     std::map<std::string, film::Loop> by_name;
     if (loops != nullptr) {
       for (auto&& [key, node] : *loops) {
-        const std::string name = dashed(std::string(key.str()));
-        if (!keys_.contains(name)) fail(node, fmt::format("'{}' has no key to loop", name));
-        by_name[name] =
-            at(node, name, [&, &value = node] { return film::loop_named(text(value, name)); });
+        attempt([&, &word = node, name = base::dashed(std::string(key.str()))] {
+          if (!keys_.contains(name)) fail(word, fmt::format("'{}' has no key to loop", name));
+          by_name[name] = at(word, name, [&] { return film::loop_named(text(word, name)); });
+        });
       }
     }
     std::map<std::string, std::string> names;  // of tracks, by their options
     for (auto& [name, keys] : keys_) {
       const auto found = by_name.find(name);
+      const std::string place = keys.front().place;
       try {
         const MovingSetting& setting = setting_of(name);
         if (setting.is_of_map) expect_map("it", script_.input);
@@ -261,10 +351,10 @@ class ScriptReader {
         if (!is_new && setting.of != "cut") {
           throw InputError(fmt::format("'{}' moves the same; give keys of one", other->second));
         }
-        script_.tracks.emplace(name, film::Track(std::move(keys), setting_of(name).interpolation,
+        script_.tracks.emplace(name, film::Track(std::move(keys), setting.interpolation,
                                                  found == by_name.end() ? loop_ : found->second));
       } catch (const InputError& error) {
-        throw InputError(fmt::format("'{}': {}: {}", file_.string(), name, error.what()));
+        problems_.push_back(fmt::format("{}: {}: {}", place, name, error.what()));
       }
     }
   }
@@ -274,6 +364,8 @@ class ScriptReader {
   film::Step step_ = film::Step::spline;
   film::Loop loop_ = film::Loop::hold;
   std::map<std::string, std::vector<film::Key>> keys_;
+  bool is_geodesic_ = false;           ///< some key has that step
+  std::vector<std::string> problems_;  ///< told all at once
   FilmScript script_;
 };
 
@@ -283,7 +375,7 @@ constexpr const char* kTurntable = R"(# Once around, in steady light. It loops w
 map = "bunny.qjulia.json"   # or a mesh; seen from this file
 seconds = 8
 rate = 25                   # pictures a second
-step = "linear"             # from one key to the next: hold, linear, ease or spline
+step = "linear"             # from one key to the next: hold, linear, ease, spline or geodesic
 
 [options]                   # any option of 'qjulia render', for the whole film
 size = "960x720"
@@ -296,6 +388,7 @@ azimuth = 30
 [[key]]
 at = 8
 azimuth = 390               # beyond 360: nothing takes a short cut
+# lamp_turn = 30 in the first key and 390 here: the lamps go with the camera, and the shape turns
 )";
 
 constexpr const char* kDissolve = R"(# The shape dissolves and comes back.
@@ -330,6 +423,7 @@ look = "porcelain"
 
 [[key]]
 at = 0
+step = "geodesic"           # pan and zoom so that the picture always moves equally fast
 zoom = 1
 azimuth = 20
 look_at = [0, 0, 0]         # shape units
@@ -377,6 +471,12 @@ std::size_t FilmScript::pictures() const {
   return static_cast<std::size_t>(std::max(1.0, std::round(seconds * rate)));
 }
 
+std::map<std::string, std::filesystem::path> FilmScript::files() const {
+  std::map<std::string, std::filesystem::path> all{{"map", input}};
+  if (!keys.empty()) all["keys"] = keys;
+  return all;
+}
+
 View FilmScript::base() const {
   CommandLine program(kProgramDescription, "qjulia");
   const Command command = program.add_command("render", "");
@@ -389,22 +489,47 @@ View FilmScript::base() const {
 
 std::vector<View> FilmScript::views(const View& base) const {
   std::vector<View> all;
+  std::map<std::string, std::string> problems;  // the first of each setting
+  const auto zoom = tracks.find("zoom"), look_at = tracks.find("look-at");
+  const auto gaze_at = [&](double time) -> std::optional<film::Gaze> {
+    if (width == 0 || zoom == tracks.end() || look_at == tracks.end()) return std::nullopt;
+    return film::Track::gaze(time, look_at->second, zoom->second, width);
+  };
+  const auto value_at = [&](const std::string& name, double time,
+                            const std::optional<film::Gaze>& gaze) {
+    if (gaze && name == "zoom") return std::vector{gaze->zoom};
+    if (gaze && name == "look-at") return gaze->look_at;
+    const film::Track& track = tracks.at(name);
+    const bool zooms = name == "look-at" && zoom != tracks.end();
+    return zooms ? track.at(time, zoom->second) : track.at(time);
+  };
   for (std::size_t i = 0; i < pictures(); ++i) {
     const double time = static_cast<double>(i) / rate;
     View& view = all.emplace_back(base);
-    const auto zoom = tracks.find("zoom");
+    const std::optional<film::Gaze> gaze = gaze_at(time);
     for (const auto& [name, track] : tracks) {
-      const bool zooms = name == "look-at" && zoom != tracks.end();
+      const View before = view;
       try {
-        moving_settings().at(name).set(zooms ? track.at(time, zoom->second) : track.at(time), view);
+        moving_settings().at(name).set(value_at(name, time, gaze), view);
         view.map_options.knobs.validate();
         view.picture.validate();
       } catch (const InputError& error) {
-        throw InputError(fmt::format("{} at {:.4g} seconds: {}", name, time, error.what()));
+        problems.emplace(name, fmt::format("{}: {} at {:.4g} seconds: {}", track.place(time), name,
+                                           time, error.what()));
+        view = before;
       }
     }
   }
-  return all;
+  // Lamps stand where they are in the first picture, unless they are keyed.
+  const double turn = all.front().picture.camera.azimuth;
+  for (View& view : all) {
+    std::optional<double>& own = view.picture.light.lamp_turn;
+    own = own.value_or(turn);
+  }
+  if (problems.empty()) return all;
+  std::vector<std::string> told;
+  for (const auto& [name, problem] : problems) told.push_back(problem);
+  throw InputError(fmt::format("{}", fmt::join(told, "\n")));
 }
 
 FilmScript read_film_script(const std::filesystem::path& file, double seconds) {

@@ -14,15 +14,20 @@ namespace qjulia::tools {
 
 struct FilmScript {
   std::string input;  ///< the file of the map or mesh
+  std::string keys;   ///< the table of keys; empty: there is none
+  double width = 0;   ///< about what a zoom of 1 shows, shape units; 0: no key needs it
   double seconds = 0;
   double rate = 25;                                   ///< pictures a second
   nlohmann::json options = nlohmann::json::object();  ///< of `render`, for the whole film
   std::map<std::string, film::Track> tracks;          ///< by the names of moving settings
 
   std::size_t pictures() const;
+  /// The files that the script names, by what a job calls them.
+  std::map<std::string, std::filesystem::path> files() const;
   /// What holds for all pictures. @throws InputError naming the option
   View base() const;
-  /// The view of each picture. @throws InputError naming the setting, and when
+  /// The view of each picture. @throws InputError naming each setting that goes wrong, the key that
+  /// it goes on from, and when
   std::vector<View> views(const View& base) const;
 };
 

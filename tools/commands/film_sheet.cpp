@@ -33,6 +33,7 @@ SheetPlan plan_sheet(const SheetArguments& arguments) {
   plan.script = read_film_script(arguments.script, arguments.seconds);
   static_cast<void>(plan.script.views(plan.script.base()));
   plan.inputs = {arguments.script, plan.script.input};
+  plan.further_inputs = plan.script.files();
   plan.outputs = {output_named("--output", arguments.output, {".png"})};
   return plan;
 }

@@ -40,6 +40,7 @@ std::string dump(const nlohmann::json& object) {
 }  // namespace
 
 void Console::note(const std::string& text) {
+  const std::lock_guard lock(speaking_);
   if (said_ != nullptr) return said_->notes.push_back(text);
   if (verbosity_.quiet) return;
   display_.clear();
@@ -51,6 +52,7 @@ void Console::detail(const std::string& text) {
 }
 
 void Console::warn(const std::string& text) {
+  const std::lock_guard lock(speaking_);
   if (!warnings_.insert(text).second) return;
   if (said_ != nullptr) return said_->warnings.push_back(text);
   display_.clear();
@@ -80,6 +82,7 @@ void Console::print(const std::string& text) {
 }
 
 void Console::progress(const Progress& progress) {
+  const std::lock_guard lock(speaking_);
   if (said_ == nullptr && !verbosity_.quiet) display_.show(progress);
 }
 

@@ -4,6 +4,7 @@
 /// what it says about it.
 
 #include <chrono>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -43,6 +44,7 @@ class ProgressDisplay {
   Clock::time_point last_;
 };
 
+/// Threads may note, warn and show progress at the same time.
 class Console {
  public:
   explicit Console(const Verbosity& verbosity) : verbosity_(verbosity) {}
@@ -74,6 +76,7 @@ class Console {
 
   Verbosity verbosity_;
   Said* said_ = nullptr;
+  std::mutex speaking_;
   ProgressDisplay display_;
   std::set<std::string> warnings_;
   bool is_result_lost_ = false;

@@ -43,6 +43,15 @@ std::string shell_word(const std::string& name) {
   return quoted + "'";
 }
 
+std::string shell_words(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    const std::size_t dashes = std::min(word.find_first_not_of('-'), word.size());
+    text += (text.empty() ? "" : " ") + word.substr(0, dashes) + shell_word(word.substr(dashes));
+  }
+  return text;
+}
+
 std::string name_of(const std::filesystem::path& path) {
   return base::to_utf8(path.filename().string());
 }

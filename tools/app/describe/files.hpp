@@ -24,6 +24,10 @@ void expect_map(const std::string& option, const std::filesystem::path& path);
 /// The name as a shell takes it for one word, in quotes where it needs them.
 std::string shell_word(const std::string& name);
 
+/// A command as a shell takes it. Options and negative numbers keep the dashes that they begin
+/// with, which `shell_word` takes for those of a file.
+std::string shell_words(const std::vector<std::string>& words);
+
 /// Without its folder, in UTF-8.
 std::string name_of(const std::filesystem::path& path);
 

@@ -253,12 +253,7 @@ std::vector<std::string> words_of(const Job& job, const CommandUsage& usage,
 }
 
 std::string command_text(const Job& job, const CommandUsage& usage) {
-  std::string text = "qjulia";
-  for (const std::string& word : words_of(job, usage)) {
-    // Options and negative numbers begin with dashes, which `shell_word` takes for those of a file.
-    const std::size_t dashes = std::min(word.find_first_not_of('-'), word.size());
-    text += ' ' + word.substr(0, dashes) + shell_word(word.substr(dashes));
-  }
+  const std::string text = "qjulia " + shell_words(words_of(job, usage));
   const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
   return std::ranges::any_of(text, is_control) ? std::string() : text;
 }

@@ -77,7 +77,7 @@ void add_command(CommandLine& program, ChosenCommand& chosen, const CommandText&
     chosen.job = command.job();
     chosen.plan = [arguments, planned, plan]() -> Plan {
       const Plan& files = planned->emplace(plan(*arguments));
-      return {files.inputs, files.outputs};
+      return {files.inputs, files.outputs, files.further_inputs};
     };
     chosen.run = [arguments, planned, run](Session& session) {
       return run(*arguments, planned->value(), session);

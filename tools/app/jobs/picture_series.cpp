@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -16,6 +17,18 @@ namespace qjulia::tools {
 namespace {
 
 bool has_range(const PictureOptions& options) { return options.material != Material::clay; }
+
+/// Settings that the set's grids and tables do not depend on, and among them those that the sky's
+/// light does not depend on.
+bool is_of_light(const std::string& name) {
+  const auto found = std::ranges::find(picture_settings(), name, &PictureSetting::name);
+  return found != picture_settings().end() && found->is_of_look && name != "material";
+}
+bool is_of_sky(const std::string& name) {
+  static const std::set<std::string, std::less<>> all{
+      "light", "fill", "fill_color", "environment", "environment_turn", "ground"};
+  return all.contains(name);
+}
 
 /// All of a view but where the camera is.
 nlohmann::json without_camera(const View& view) {
@@ -100,20 +113,45 @@ PictureSeries::PictureSeries(const Device& device, Scene scene, std::string inpu
       job_(std::move(job)),
       session_(session) {}
 
-bool PictureSeries::differs_in_camera_alone() const {
-  const nlohmann::json first = without_camera(views_.front());
-  return std::ranges::all_of(views_,
-                             [&](const View& view) { return without_camera(view) == first; });
+bool PictureSeries::shows_one_set() const {
+  const auto of_set = [](const View& view) {
+    nlohmann::json all = without_camera(view);
+    for (const PictureSetting& setting : picture_settings()) {
+      if (is_of_light(setting.name)) all.erase(setting.name);
+    }
+    return all;
+  };
+  const nlohmann::json first = of_set(views_.front());
+  return std::ranges::all_of(views_, [&](const View& view) { return of_set(view) == first; });
+}
+
+Kept PictureSeries::kept_for(const nlohmann::json& wanted,
+                             std::vector<std::string>& changed) const {
+  if (!studio_) return Kept::nothing;
+  Kept kept = is_lit_ ? Kept::all : Kept::set;
+  for (const auto& [name, value] : wanted.items()) {
+    if (of_studio_.at(name) == value) continue;
+    changed.push_back(name);
+    const Kept serves = !is_of_light(name) ? Kept::nothing
+                        : is_of_sky(name)  ? Kept::set
+                                           : Kept::all;
+    kept = std::min(kept, serves);
+  }
+  return kept;
 }
 
 Studio& PictureSeries::studio(const View& view) {
   nlohmann::json wanted = without_camera(view);
-  if (!studio_ || of_studio_ != wanted) {
+  std::vector<std::string> changed;
+  if (kept_for(wanted, changed) == Kept::nothing) {
     studio_.reset();
+    is_lit_ = false;
     shown_ = turned(device_, scene_, input_, view, session_);
     studio_ = studio_of(device_, shown_, view.picture, session_);
-    of_studio_ = std::move(wanted);
+  } else if (!changed.empty()) {
+    studio_->set_light(view.picture);
   }
+  of_studio_ = std::move(wanted);
   return *studio_;
 }
 
@@ -161,8 +199,7 @@ SeriesFrame PictureSeries::frame_of_maps() {
 }
 
 SeriesFrame PictureSeries::frame() {
-  if (!frame_)
-    frame_ = !scene_.map || differs_in_camera_alone() ? frame_of_camera() : frame_of_maps();
+  if (!frame_) frame_ = !scene_.map || shows_one_set() ? frame_of_camera() : frame_of_maps();
   return *frame_;
 }
 
@@ -181,6 +218,9 @@ SeriesFrame PictureSeries::frame_with_exposure() {
     if (image.covered > 0) frame_->exposure = metered.exposure();
     studio_.reset();  // its light is that of a small picture
   }
+  // Where none of them shows anything, the exposure must not depend on which picture is drawn
+  // first.
+  if (!frame_->exposure) frame_->exposure = 0;
   return *frame_;
 }
 
@@ -188,16 +228,23 @@ PictureSeries::Picture PictureSeries::picture(std::size_t number, const View& ba
                                               bool carries_map, const ProgressMonitor& monitor) {
   frame();
   View view = views_.at(number);
+  std::vector<std::string> changed;
+  const Kept kept = kept_for(without_camera(view), changed);
   Studio& drawn = studio(view);
   const std::optional<UpAxis> up = view.picture.camera.up;
   view.picture.camera = frame_->cameras[number];
   view.picture.camera.up = up;
   view.picture.range = frame_->range;
   drawn.set_range(frame_->range);
+  is_lit_ = true;
   const bool has_own_exposure = view.picture.exposure.has_value();
   if (!has_own_exposure && frame_->exposure) drawn.set_exposure(*frame_->exposure);
-  Picture made{
-      .image = drawn.picture(view.picture.camera, monitor), .view = view, .map = {}, .job = {}};
+  Picture made{.image = drawn.picture(view.picture.camera, monitor),
+               .view = view,
+               .map = {},
+               .job = {},
+               .kept = kept,
+               .changed = std::move(changed)};
   if (!has_own_exposure && !frame_->exposure && made.image.covered > 0)
     frame_->exposure = drawn.exposure();
   made.view.picture = as_drawn(view.picture, drawn);

@@ -47,11 +47,18 @@ struct SeriesFrame {
   std::optional<double> exposure;
 };
 
-/// Tells of a picture as a part of all, `done` of which came before it.
+/// Tells of a picture as a part of all, `done` of which this run has made before it.
 ProgressMonitor part_monitor(Session& session, std::size_t done, std::size_t all);
 
-/// Draws the pictures of a series, one after the other. A studio serves as long as nothing but the
-/// camera changes.
+/// What of a picture was there already, from the one before.
+enum class Kept {
+  nothing,
+  set,  ///< grids, lattice and table of the set
+  all,  ///< the sky's light, too: only the camera or lamps have changed
+};
+
+/// Draws the pictures of a series, one after the other. A studio serves as long as the set does not
+/// change, and its sky as long as nothing but the camera, lamps or matter do.
 class PictureSeries {
  public:
   /// @param input the file of the map or mesh. @param views one at least.
@@ -73,17 +80,21 @@ class PictureSeries {
     View view;        ///< that it was drawn with
     std::string map;  ///< what the file holds of the map; empty: nothing
     Job job;          ///< of this picture alone
+    Kept kept = Kept::nothing;
+    std::vector<std::string> changed{};  ///< settings by which it differs from the one before
   };
   /// @param base what holds for all views. @param carries_map whether the file is to hold it.
   Picture picture(std::size_t number, const View& base, bool carries_map,
                   const ProgressMonitor& monitor);
 
  private:
-  bool differs_in_camera_alone() const;
+  bool shows_one_set() const;
   SeriesFrame frame_of_camera();
   SeriesFrame frame_of_maps();
   /// The studio of a view, which may be the one before.
   Studio& studio(const View& view);
+  /// What of the studio serves this view. @param changed becomes what does not.
+  Kept kept_for(const nlohmann::json& wanted, std::vector<std::string>& changed) const;
 
   Device device_;
   Scene scene_;
@@ -94,7 +105,8 @@ class PictureSeries {
   std::optional<SeriesFrame> frame_;
   Scene shown_;
   std::optional<Studio> studio_;
-  nlohmann::json of_studio_;  ///< what the studio's pictures have in common
+  bool is_lit_ = false;       ///< the studio has drawn a picture
+  nlohmann::json of_studio_;  ///< the view that the studio is for, without its camera
 };
 
 }  // namespace qjulia::tools

@@ -88,6 +88,15 @@ void Session::check_outputs(const Plan& plan) {
       pipes_.push_back(opened_when_read(output.path, stop()));
     }
   }
+  for (const auto& [name, path] : plan.further_inputs) {
+    Job::Input& input = job_.inputs[name];
+    std::error_code ignored;
+    if (!input.hash.empty() && std::filesystem::is_regular_file(path, ignored) &&
+        file_hash(path) != input.hash) {
+      console.warn(fmt::format("'{}' has changed since the job ran", path.string()));
+    }
+    input = {path, {}};
+  }
   // Files may change while the command works.
   job_.hash_inputs();
   are_outputs_checked_ = true;

@@ -2,6 +2,8 @@
 /// One run of a command: what it says, when it is to stop, how long it has run.
 
 #include <chrono>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,6 +25,8 @@ namespace qjulia::tools {
 struct Plan {
   std::vector<std::filesystem::path> inputs;
   std::vector<base::Output> outputs;
+  /// Inputs that no option names, by what the job calls them: the map of a film's script.
+  std::map<std::string, std::filesystem::path> further_inputs{};
 };
 
 /// What runs a job inside another command, or inside another program.
