@@ -528,6 +528,7 @@ std::vector<View> FilmScript::views(const View& base) const {
   }
   if (problems.empty()) return all;
   std::vector<std::string> told;
+  told.reserve(problems.size());
   for (const auto& [name, problem] : problems) told.push_back(problem);
   throw InputError(fmt::format("{}", fmt::join(told, "\n")));
 }
