@@ -330,7 +330,7 @@ std::vector<PictureSetting> light_settings() {
          .values = "DEGREES",
          .unit = "degrees",
          .left_out = "the camera's `azimuth`, so that the set turns under the lamps",
-         .example = "30",
+         .example = "90",
          .help =
              "Where AZIMUTH of `lamp` and the lamps of `light` count from, degrees about the "
              "up axis as `azimuth` turns the camera. With it, lamps and shadows stay where they "
