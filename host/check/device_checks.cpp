@@ -31,7 +31,8 @@ double reduced(const Device& device, Precision precision) {
       context.kernel("reduce.cl", "sum_row_blocks", {device.lane_width(precision), precision, {}}),
       {{kColumns, kBlocks, 1}},
       {context.upload_real(rows, precision), device::narrow(kRows), device::narrow(kColumns),
-       device::narrow(kBlock), sums});
+       device::narrow(kBlock), sums},
+      device::kNotCounted);
   context.read(sums, found);
   return largest_difference(found, right);
 }
@@ -47,7 +48,7 @@ double limits(const Device& device, Precision precision) {
   constexpr std::int32_t kRounds = 3, kChains = 16;
   const auto sums = context.allocate_real(1, precision);
   context.launch(kernel("fma_chains"), {{1, 1, 1}, {1, 1, 1}},
-                 {context.upload_real(seed, precision), kRounds, sums});
+                 {context.upload_real(seed, precision), kRounds, sums}, device::kNotCounted);
   std::vector<double> found(1);
   context.read(sums, found);
   double right = 0;
@@ -60,7 +61,7 @@ double limits(const Device& device, Precision precision) {
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<double>(i);
   const auto to = context.allocate_real(numbers.size(), precision);
   context.launch(kernel("copy_reals"), {{3, 1, 1}},
-                 {context.upload_real(numbers, precision), 2, 3, to});
+                 {context.upload_real(numbers, precision), 2, 3, to}, device::kNotCounted);
   context.read(to, copied);
   return larger_error(largest_difference(found, {right}), largest_difference(copied, numbers));
 }
@@ -172,7 +173,8 @@ double builtin_error(const Device& device, Precision precision, int function) {
   context.launch(context.kernel("builtins.cl", "builtins", {width, precision, {}}),
                  {{kGroups, 1, 1}},
                  {context.upload_real(x, precision), context.upload_real(y, precision),
-                  device::narrow(kGroups), static_cast<std::int32_t>(function), out});
+                  device::narrow(kGroups), static_cast<std::int32_t>(function), out},
+                 device::kNotCounted);
   context.read(out, found);
   const double difference = largest_difference(found, right), most = allowed<Real>(function);
   return most > 0 ? difference / most : difference == 0 ? 0 : kInfinite;
@@ -188,7 +190,7 @@ double exchanged(const Device& device, Precision precision) {
   const auto out = context.upload(std::span<const std::int32_t>(found));
   context.launch(
       context.kernel("builtins.cl", "exchanged", {device.lane_width(precision), precision, {}}),
-      {{found.size(), 1, 1}, {size, 1, 1}}, {out});
+      {{found.size(), 1, 1}, {size, 1, 1}}, {out}, device::kNotCounted);
   context.read(out, std::span(found));
   double wrong = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {

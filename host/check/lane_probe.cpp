@@ -41,7 +41,8 @@ std::vector<double> LaneProbe::operator()(LaneFunction function, const std::vect
   const auto out = context.allocate_real(x.size(), precision_);
   context.launch(kernel, {{groups, 1, 1}},
                  {context.upload_real(x, precision_), context.upload_real(y, precision_),
-                  device::narrow(groups), static_cast<std::int32_t>(function), out});
+                  device::narrow(groups), static_cast<std::int32_t>(function), out},
+                 device::kNotCounted);
   std::vector<double> values(x.size());
   context.read(out, values);
   return values;

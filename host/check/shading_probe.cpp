@@ -64,7 +64,8 @@ std::vector<Rgb> ShadingProbe::radiance(const Device& device,
        context.upload<float>(reals), context.upload<float>(picture::reflectance_table()),
        context.upload<float>(repeated(0, 1)), context.upload<float>(repeated(0, 1)),
        context.upload<float>(sky), context.upload<float>(seen),
-       context.upload<float>(repeated(0, 1)), pixels, context.upload<float>(repeated(0, 1))});
+       context.upload<float>(repeated(0, 1)), pixels, context.upload<float>(repeated(0, 1))},
+      device::kNotCounted);
   std::vector<float> found(count * QJ_PIXEL_SIZE);
   context.read(pixels, std::span(found));
   std::vector<Rgb> radiances;
@@ -91,7 +92,8 @@ std::vector<std::uint8_t> developed(const Device& device, ToneCurve tone,
       {{radiances.size(), 1, 1}, {}},
       {device::Argument::of(row_of(radiances.size(), 0)),
        device::Argument::real(1, Precision::single), device::Argument::real(255, Precision::single),
-       context.upload<float>(picture::packed(scene, {})), context.upload<float>(pixels), bytes});
+       context.upload<float>(picture::packed(scene, {})), context.upload<float>(pixels), bytes},
+      device::kNotCounted);
   std::vector<std::uint16_t> rgba(bytes.size());
   std::vector<std::uint8_t> rgb;
   context.read(bytes, std::span(rgba));

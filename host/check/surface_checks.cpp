@@ -144,7 +144,8 @@ double image_lattice(const Device& device, Precision precision) {
       {context.upload<std::int32_t>(cells), device::narrow(cells.size()),
        sent(surface::ImageLattice::layout_of(std::span(&level, 1))), 0,
        context.upload<std::int32_t>(places), sent(field), sent(versors),
-       device::Argument::real(1e-3, precision), device::Argument::real(0, precision), trusted});
+       device::Argument::real(1e-3, precision), device::Argument::real(0, precision), trusted},
+      device::kNotCounted);
   context.read<std::uint8_t>(trusted, all);
   std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(pages * QJ_LATTICE_GROUP), found.size(),
               found.begin());
@@ -173,7 +174,8 @@ double composed_images(const Device& device, Precision precision) {
       {numbers, numbers,
        context.upload_real(surface::ImageLattice::layout_of(std::span(&level, 1)), precision), 0,
        context.allocate<std::int32_t>(1), context.allocate<std::uint8_t>(1), 0,
-       device::narrow(groups), map.buffer(), map.factors(), fields, versors});
+       device::narrow(groups), map.buffer(), map.factors(), fields, versors},
+      device::kNotCounted);
   std::vector<double> f(nodes), u(4 * nodes);
   context.read(fields, f);
   context.read(versors, u);
@@ -253,7 +255,8 @@ double image_table(const Device& device, Precision precision) {
   context.launch(
       context.kernel("image_table.cl", "table_images", {width, precision, {}}), {{groups, 1, 1}},
       {context.upload_real(points, precision), device::narrow(kTablePoints), device::narrow(groups),
-       table.layout, table.bricks, table.fields, table.versors, images});
+       table.layout, table.bricks, table.fields, table.versors, images},
+      device::kNotCounted);
   context.read(images, found);
   return largest_difference(found, right);
 }
@@ -280,7 +283,8 @@ double looked_up(const Device& device, Precision precision) {
                   device::narrow(kTablePoints),
                   context.upload<std::int32_t>(surface::all_numbers(kTablePoints)), 0,
                   device::narrow(groups), map.buffer(), map.factors(), kDone, kLast, table.layout,
-                  table.bricks, table.fields, table.versors, ends});
+                  table.bricks, table.fields, table.versors, ends},
+                 device::kNotCounted);
   context.read(ends, found);
   return largest_difference(found, right);
 }

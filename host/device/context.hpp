@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "device/launch_work.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/base/trace.hpp"
 #include "qjulia/device/device.hpp"
@@ -219,19 +220,20 @@ class Context {
   /// Puts a kernel in the queue. Checks the number and kind of arguments and the range first.
   /// Waits first until the queue has room: it holds estimated work of at most a second, on a GPU
   /// that draws a screen of 0.2 s. A kernel's first launch is waited for, and so timed.
-  /// @param work what it has to do, in a unit of the kernel's own; 0: not said.
+  /// @param work what it has to do, for whoever watches launches.
+  /// @param cost of all its work-items, in a unit of the kernel's own; 0: not said.
   /// @throws RefusedLaunch, with the kernel's name, when the device refuses: nothing of it has run,
   /// and the context goes on. DeviceError when a launch that the device had accepted, this one or
   /// an earlier one, is waited for and has failed (see the class).
   void launch(const Kernel& kernel, const Range& range, std::span<const Argument> arguments,
-              double work = 0);
+              const LaunchWork& work, double cost = 0);
   void launch(const Kernel& kernel, const Range& range, std::initializer_list<Argument> arguments,
-              double work = 0) {
-    launch(kernel, range, std::span(arguments.begin(), arguments.size()), work);
+              const LaunchWork& work, double cost = 0) {
+    launch(kernel, range, std::span(arguments.begin(), arguments.size()), work, cost);
   }
 
   /// So many work-items of `cost` each make a launch that takes about 80 ms; at least one. What the
-  /// device does in that time is learned from the launches whose work was said.
+  /// device does in that time is learned from the launches whose cost was said.
   std::size_t items_per_launch(const Kernel& kernel, double cost) const;
 
   /// Waits until everything queued has run. @throws DeviceError at each call once a queued launch

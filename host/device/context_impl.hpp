@@ -95,7 +95,7 @@ struct Context::Impl {
 
   struct Pending {
     std::shared_ptr<Kernel::Handle> kernel;
-    double work;         ///< 0: not said
+    double cost;         ///< 0: not said
     double units;        ///< the same, or work-items
     double least, most;  ///< seconds that it is expected to take
     cl::Event event;

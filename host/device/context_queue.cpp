@@ -45,7 +45,7 @@ Argument Argument::real(double value, Precision precision) {
 }
 
 void Context::launch(const Kernel& kernel, const Range& range, std::span<const Argument> arguments,
-                     double work) {
+                     const LaunchWork& work, double cost) {
   auto& handle = *kernel.handle_;
   impl_->expect_own_process(fmt::format("launching kernel {}", handle.name));
   if (arguments.size() != handle.argument_count) {
@@ -66,7 +66,7 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   }
   if (std::ranges::any_of(range.global, [](std::size_t n) { return n == 0; })) return;
 
-  const double units = work > 0 ? work : items_of(range);
+  const double units = cost > 0 ? cost : items_of(range);
   const double most = handle.launch_time.most(units);
   impl_->make_room(most);
   const auto before = Trace::Clock::now();
@@ -94,13 +94,11 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
     throw RefusedLaunch(impl_->info.name, fmt::format("launching kernel {}", handle.name), code);
   }
   if (watch != nullptr) {
-    std::vector<std::span<const std::byte>> scalars;
-    for (const Argument& a : arguments) scalars.emplace_back(a.value_.data(), a.size_);
     const auto resources = [&] { return resources_of(handle.kernel, impl_->device); };
-    watch->launched({handle.name, range, scalars, handle.lane_width, handle.precision, resources});
+    watch->launched({handle.name, work, handle.precision, resources});
   }
   const double least = handle.launch_time.least(units);
-  const Impl::Pending launched{kernel.handle_, work,  units,  least,
+  const Impl::Pending launched{kernel.handle_, cost,  units,  least,
                                most,           event, before, Trace::Clock::now()};
   impl_->patient_wait.expect(least);
   if (impl_->events_have_times.value_or(false)) {
@@ -133,7 +131,7 @@ void Context::Impl::add_time(const Pending& launch, std::chrono::nanoseconds len
   auto& time = times[launch.kernel->name];
   ++time.launches;
   time.seconds += seconds;
-  if (launch.work > 0) launch.kernel->sizer.learn(launch.work, seconds);
+  if (launch.cost > 0) launch.kernel->sizer.learn(launch.cost, seconds);
   launch.kernel->launch_time.learn(launch.units, seconds);
 }
 

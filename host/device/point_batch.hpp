@@ -16,19 +16,26 @@
 
 namespace qjulia::device {
 
-/// Launches `kernel` over `items` work-items in parts. `arguments(first, count)` gives the
-/// arguments of the part that begins with item `first`; the buffers in them must outlive the call.
+/// What a part is launched with.
+struct PartCall {
+  std::vector<Argument> arguments;
+  LaunchWork work;
+};
+
+/// Launches `kernel` over `items` work-items in parts. `call(first, count)` gives the PartCall of
+/// the part that begins with item `first`; the buffers in its arguments must outlive the call.
 /// @param cost of an item, in a unit that is the kernel's own, such as pairs of a point and a
 /// factor.
-template <class Arguments>
+template <class Call>
 void launch_in_parts(Context& context, const Kernel& kernel, std::size_t items, double cost,
-                     const Arguments& arguments) {
+                     const Call& call) {
   std::size_t most = items;
   for (std::size_t first = 0; first < items;) {
     const std::size_t part =
         std::min({items - first, most, context.items_per_launch(kernel, cost)});
+    const PartCall made = call(first, part);
     try {
-      context.launch(kernel, {{part, 1, 1}}, std::span<const Argument>(arguments(first, part)),
+      context.launch(kernel, {{part, 1, 1}}, std::span(made.arguments), made.work,
                      cost * static_cast<double>(part));
     } catch (const RefusedLaunch& refused) {
       if (!is_out_of_resources(refused) || part == 1) throw;
@@ -65,14 +72,13 @@ class PointBatch {
   struct NoInputs {};
 
   /// @param coordinates (i) → the kInputs reals of point i; NoInputs where there are none.
-  /// @param arguments (part) → the launch's arguments.
+  /// @param call (part) → the launch's PartCall.
   /// @param take (i, reals) gets the kOutputs reals of point i, in the points' order.
   /// @param group work-items of a work-group; 0: the device's own choice.
   /// @param stop ends it between launches.
-  template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments,
-            class Take>
-  void run(std::size_t points, const Coordinates& coordinates, const Arguments& arguments,
-           const Take& take, std::size_t group = 0, const std::stop_token& stop = {}) {
+  template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Call, class Take>
+  void run(std::size_t points, const Coordinates& coordinates, const Call& call, const Take& take,
+           std::size_t group = 0, const std::stop_token& stop = {}) {
     Buffers buffers;
     // Fewer where the device has no room for as many. Nothing is taken before all of a part is
     // read.
@@ -82,7 +88,7 @@ class PointBatch {
       const std::size_t items = std::min(most, context_.items_per_launch(kernel_, item_cost()));
       const std::size_t count = std::min(points - first, items * points_per_item_);
       try {
-        run_part<kInputs, kOutputs>(buffers, first, count, coordinates, arguments, group);
+        run_part<kInputs, kOutputs>(buffers, first, count, coordinates, call, group);
       } catch (const DeviceError& error) {
         const std::size_t taken = (count + points_per_item_ - 1) / points_per_item_;
         if (!is_out_of_resources(error) || taken == 1) throw;
@@ -113,9 +119,9 @@ class PointBatch {
   double item_cost() const { return cost_ * static_cast<double>(points_per_item_); }
 
   /// Leaves kOutputs arrays in `buffers.found`.
-  template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Arguments>
+  template <std::size_t kInputs, std::size_t kOutputs, class Coordinates, class Call>
   void run_part(Buffers& buffers, std::size_t first, std::size_t count,
-                const Coordinates& coordinates, const Arguments& arguments, std::size_t group) {
+                const Coordinates& coordinates, const Call& call, std::size_t group) {
     auto& [sent, found, in, out] = buffers;
     const std::size_t items = (count + points_per_item_ - 1) / points_per_item_;
     const std::size_t stride = items * points_per_item_;
@@ -131,8 +137,8 @@ class PointBatch {
     context_.write(in, sent);
     Range range{{items, 1, 1}, {}};
     if (group > 0) range = {{(items + group - 1) / group * group, 1, 1}, {group, 1, 1}};
-    const std::vector<Argument> list = arguments(Part{first, count, items, stride, in, out});
-    context_.launch(kernel_, range, std::span<const Argument>(list),
+    const PartCall made = call(Part{first, count, items, stride, in, out});
+    context_.launch(kernel_, range, std::span(made.arguments), made.work,
                     item_cost() * static_cast<double>(items));
     found.resize(kOutputs * stride);
     context_.read(out, std::span(found).first(kOutputs == 1 ? count : kOutputs * stride));

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "device/context.hpp"
+#include "energy/cost.hpp"
 #include "energy/curvature.hpp"
 #include "energy/evaluator.hpp"
 #include "energy/panel_products.hpp"
@@ -123,7 +124,8 @@ class DeviceEvaluator final : public Evaluator {
       device_.context().launch(jacobian,
                                {{vectors, division_.panel_samples / division_.panel_block, 1}},
                                {panel_arguments(map.dynamics.slice, factors_, step, first),
-                                samples_, map_, field_, panels_});
+                                samples_, map_, field_, panels_},
+                               panel_work(1, factors_, cost::kJacobianEntry, order));
     });
     return static_cast<double>(step) * to_symmetric(rows, order, places_of(factors_));
   }
@@ -163,12 +165,17 @@ class DeviceEvaluator final : public Evaluator {
         step_of(curvature_samples(1 + QJ_MAP_COMPONENTS * map.dynamics.factors.size()));
     const std::size_t taken = divide_up(division_.stride, step);
     for (std::size_t first = 0; first < taken; first += samples) {
-      context.launch(jacobian, {{padded / division_.width, items, count}},
-                     {panel_arguments(map.dynamics.slice, most, step, first), samples_, sent,
-                      field_, panels_});
+      context.launch(
+          jacobian, {{padded / division_.width, items, count}},
+          {panel_arguments(map.dynamics.slice, most, step, first), samples_, sent, field_, panels_},
+          panel_work(count, most, cost::kJacobianEntry, order));
+      // Each block's columns are added up, component by component.
+      const auto entries = static_cast<double>(QJ_MAP_COMPONENTS * padded);
+      const auto gathered = static_cast<double>(count * samples);
       context.launch(
           gather, {{samples, count, 1}},
-          {narrow(count), narrow(most), narrow(samples), members, panels_, coarse_panels});
+          {narrow(count), narrow(most), narrow(samples), members, panels_, coarse_panels},
+          {gathered * entries, gathered * (entries + QJ_MAP_COMPONENTS)});
       products_(panels_, samples, order, count, update_at(first), own);
       products_(coarse_panels, samples, coarse_order, 1, update_at(first), coarse);
     }
@@ -212,7 +219,8 @@ class DeviceEvaluator final : public Evaluator {
       device_.context().launch(
           pursuit, {{stride / division_.width, division_.panel_samples / division_.panel_block, 1}},
           {panel_arguments(map.dynamics.slice, count, step, first), samples_, sent, field_,
-           panels_});
+           panels_},
+          panel_work(1, count, cost::kPursuitEntry, order));
     });
     std::vector<std::int32_t> place{QJ_PURSUIT_ONES(narrow(count)),
                                     QJ_PURSUIT_RESIDUALS(narrow(count))};
@@ -227,7 +235,8 @@ class DeviceEvaluator final : public Evaluator {
     device_.context().launch(kernel("gauss_newton.cl", "jacobian_squares"), {{vectors, rows, 1}},
                              {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
                               map_, narrow(factors_), loss(),
-                              device::Argument::real(options_.alpha, precision_), field_, rows_});
+                              device::Argument::real(options_.alpha, precision_), field_, rows_},
+                             sums_work(rows, cost::kJacobianEntry));
     const auto sums = sum_rows(rows);
     return Eigen::Map<const Eigen::VectorXd>(sums.data(), static_cast<Eigen::Index>(sums.size()));
   }
@@ -271,6 +280,25 @@ class DeviceEvaluator final : public Evaluator {
                                       .block = narrow(division_.panel_block),
                                       .count = narrow(count)};
     });
+  }
+
+  /// A kernel's work at all samples.
+  device::LaunchWork sample_work(double slots, double reals, bool at_most = false) const {
+    const auto samples = static_cast<double>(division_.stride);
+    return {samples * static_cast<double>(factors_) * slots, samples * reals, at_most};
+  }
+  /// The work of kernels that fill rows with sums over samples.
+  device::LaunchWork sums_work(std::size_t rows, double slots) const {
+    device::LaunchWork work = sample_work(slots, cost::kPotentialGradientReals);
+    work.reals += static_cast<double>(rows * QJ_GRADIENT_COLUMNS(factors_));
+    return work;
+  }
+  /// The work of kernels that fill the panels of `blocks` matrices of this order, each for `count`
+  /// factors or centres.
+  device::LaunchWork panel_work(std::size_t blocks, std::size_t count, double slots,
+                                std::size_t order) const {
+    const auto samples = static_cast<double>(division_.panel_samples * blocks);
+    return {samples * static_cast<double>(count) * slots, samples * static_cast<double>(order)};
   }
 
   /// One sample in so many is taken for a matrix, so that there are at most `most`.
@@ -359,7 +387,9 @@ class DeviceEvaluator final : public Evaluator {
     const auto items = division_.energy_items();
     device_.context().launch(kernel("energy.cl", "energy_terms", loss_defines()), {{items, 1, 1}},
                              {energy_arguments(division_.energy_vectors, items), samples_, map_,
-                              field_, cotangent_, energies_});
+                              field_, cotangent_, energies_},
+                             sample_work(cost::energy(options_.iterations), cost::kEnergyReals,
+                                         options_.iterations > 1));
   }
 
   /// Everything that depends on the number of factors, once for all steps.
@@ -391,7 +421,8 @@ class DeviceEvaluator final : public Evaluator {
     device_.context().launch(kernel("gradient_potential.cl", "gradient_potential"),
                              {{vectors, rows, 1}},
                              {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
-                              map_, narrow(factors_), cotangent_, rows_});
+                              map_, narrow(factors_), cotangent_, rows_},
+                             sums_work(rows, cost::kPotentialGradient));
     return rows;
   }
 
@@ -436,7 +467,9 @@ class DeviceEvaluator final : public Evaluator {
     try {
       device_.context().launch(orbit_kernel(), range,
                                {energy_arguments(division_.orbit_vectors(), rows), samples_, map_,
-                                orbits_, lane_sums_, orbit_energies_, rows_});
+                                orbits_, lane_sums_, orbit_energies_, rows_},
+                               sample_work(cost::gradient(options_.iterations), cost::kEnergyReals,
+                                           /*at_most=*/true));
     } catch (const DeviceError& error) {
       if (!device::is_refused_group(error) || group == 1) throw;
       division_.orbit_group /= 2;
@@ -460,7 +493,8 @@ class DeviceEvaluator final : public Evaluator {
     const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
     const std::size_t blocks = divide_up(rows, kRowBlock);
     context.launch(kernel("reduce.cl", "sum_row_blocks"), {{columns, blocks, 1}},
-                   {rows_, narrow(rows), narrow(columns), narrow(kRowBlock), block_sums_});
+                   {rows_, narrow(rows), narrow(columns), narrow(kRowBlock), block_sums_},
+                   device::moving(static_cast<double>(rows * columns)));
     std::vector<double> sums(blocks * columns);
     more.push_back({block_sums_, sums});
     context.read(std::span<const device::RealRead>(more));

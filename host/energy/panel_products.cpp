@@ -9,10 +9,16 @@ device::Kernel PanelProducts::kernel(const char* name) const {
 void PanelProducts::operator()(const device::RealBuffer& panels, std::size_t samples,
                                std::size_t order, std::size_t count, Update update,
                                const device::RealBuffer& matrices) {
+  // The upper triangles of PᵀP.
+  const auto matrices_count = static_cast<double>(count), rows = static_cast<double>(samples),
+             side = static_cast<double>(order);
+  const device::LaunchWork work{matrices_count * rows * side * (side + 1) / 2,
+                                matrices_count * (rows * side + side * (side + 1))};
   const auto launch = [&](const device::Kernel& products, const device::Range& range) {
     context_.launch(products, range,
                     {panels, device::narrow(samples), device::narrow(order),
-                     update == Update::set ? 0 : 1, matrices});
+                     update == Update::set ? 0 : 1, matrices},
+                    work);
   };
   // Work-items share tiles as the settings say, unless the device takes no groups of as many.
   if (side_ > 1) {

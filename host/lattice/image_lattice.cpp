@@ -140,13 +140,15 @@ void compute_images(const map::DeviceMap& map, const ImageLattice& lattice, int 
       return context.upload<std::int32_t>(some);
     };
     const auto from = part(nodes), to = part(slots);
-    const auto arguments = [&](std::size_t begin, std::size_t count) {
-      return Arguments({from, to, lattice.layout(), number * QJ_LEVEL_SIZE, lattice.places(),
-                        lattice.trusted(), device::narrow(begin), device::narrow(count),
-                        map.buffer(), map.factors(), lattice.field(), lattice.versors()});
+    const auto call = [&](std::size_t begin, std::size_t count) {
+      // A level's images go on from those of the level before, but for one iterate.
+      return device::PartCall{{from, to, lattice.layout(), number * QJ_LEVEL_SIZE, lattice.places(),
+                               lattice.trusted(), device::narrow(begin), device::narrow(count),
+                               map.buffer(), map.factors(), lattice.field(), lattice.versors()},
+                              map.work(count * map.lanes(), cost::kStep, 9)};
     };
     device::launch_in_parts(context, kernel, map.groups(last - first),
-                            iterates * map.step_cost() * map.points_per_item(), arguments);
+                            iterates * map.step_cost() * map.points_per_item(), call);
     context.finish();
   }
 }
@@ -238,7 +240,8 @@ void ImageLattice::make(const map::DeviceMap& map, std::span<const Level> levels
     context.launch(map.kernel("image_lattice.cl", "trust_cells"), {{level.cells.size(), 1, 1}, {}},
                    {context.upload<std::int32_t>(level.cells), device::narrow(level.cells.size()),
                     layout_, device::narrow(i * QJ_LEVEL_SIZE), places_, field_, versors_,
-                    map.real(allowed.least), map.real(allowed.moves), trusted_});
+                    map.real(allowed.least), map.real(allowed.moves), trusted_},
+                   device::moving(8 * 5 * static_cast<double>(level.cells.size())));
   }
   context.read(trusted_, std::span(trusted));
   trusted_share_ = static_cast<double>(std::ranges::count(trusted, 1)) / static_cast<double>(cells);

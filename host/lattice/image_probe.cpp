@@ -46,8 +46,9 @@ Point4 image_of(double f, const std::array<float, 4>& u) {
 }
 
 template <std::size_t kOutputs, class Take>
-void ImageProbe::run(const char* kernel, std::size_t points, const PointOf& point_of,
-                     const std::vector<device::Argument>& more, const Take& take) const {
+void ImageProbe::run(const char* kernel, std::size_t points, const PointOf& point_of, double slots,
+                     double reals, const std::vector<device::Argument>& more,
+                     const Take& take) const {
   device::PointBatch batch(map_.context(), map_.kernel("image_table.cl", kernel), map_.precision(),
                            map_.lanes(), map_.step_cost());
   batch.run<4, kOutputs>(
@@ -59,32 +60,35 @@ void ImageProbe::run(const char* kernel, std::size_t points, const PointOf& poin
         list.emplace_back(map_.buffer());
         list.emplace_back(map_.factors());
         list.emplace_back(part.out);
-        return list;
+        return device::PartCall{std::move(list), map_.work(part.stride, slots, reals)};
       },
       take, 0, stop_);
 }
 
 std::vector<float> ImageProbe::fields(std::size_t points, const PointOf& point_of) const {
   std::vector<float> fields(points);
-  run<1>("node_fields", points, point_of, {}, [&](std::size_t i, const std::array<double, 1>& f) {
-    fields[i] = static_cast<float>(f[0]);
-  });
+  run<1>(
+      "node_fields", points, point_of, cost::kLogNorm, 5, {},
+      [&](std::size_t i, const std::array<double, 1>& f) { fields[i] = static_cast<float>(f[0]); });
   return fields;
 }
 
 std::vector<std::array<float, 4>> ImageProbe::versors(std::size_t points,
                                                       const PointOf& point_of) const {
   std::vector<std::array<float, 4>> versors(points);
-  run<4>("node_versors", points, point_of, {}, [&](std::size_t i, const Point4& u) {
-    std::ranges::transform(u, versors[i].begin(), [](double c) { return static_cast<float>(c); });
-  });
+  run<4>("node_versors", points, point_of, cost::kVersorAlone, 8, {},
+         [&](std::size_t i, const Point4& u) {
+           std::ranges::transform(u, versors[i].begin(),
+                                  [](double c) { return static_cast<float>(c); });
+         });
   return versors;
 }
 
 std::vector<std::array<double, 2>> ImageProbe::bounds(const std::vector<Point4>& points,
                                                       double half_side) const {
   std::vector<std::array<double, 2>> bounds(points.size());
-  run<2>("cube_bounds", points.size(), numbered(points), {map_.real(half_side)},
+  run<2>("cube_bounds", points.size(), numbered(points), cost::kFieldBounds, 6,
+         {map_.real(half_side)},
          [&](std::size_t i, const std::array<double, 2>& found) { bounds[i] = found; });
   return bounds;
 }

@@ -48,9 +48,10 @@ class ImageProbe {
   Moved first_images(std::size_t count, base::Random& random) const;
 
  private:
+  /// @param slots,reals of a point (DeviceMap::work).
   template <std::size_t kOutputs, class Take>
-  void run(const char* kernel, std::size_t points, const PointOf& point_of,
-           const std::vector<device::Argument>& more, const Take& take) const;
+  void run(const char* kernel, std::size_t points, const PointOf& point_of, double slots,
+           double reals, const std::vector<device::Argument>& more, const Take& take) const;
 
   const map::DeviceMap& map_;
   const std::stop_token& stop_;

@@ -144,14 +144,10 @@ LookedUp looked_up(const map::DeviceMap& map, const ImageTable& table,
   batch.run<4, 5>(
       points.size(), [&](std::size_t i) { return points[i]; },
       [&](const device::PointBatch::Part& part) {
-        return std::vector<device::Argument>{part.in,
-                                             device::narrow(part.stride),
-                                             device::narrow(part.items),
-                                             table.layout(),
-                                             table.bricks(),
-                                             table.fields(),
-                                             table.versors(),
-                                             part.out};
+        return device::PartCall{
+            {part.in, device::narrow(part.stride), device::narrow(part.items), table.layout(),
+             table.bricks(), table.fields(), table.versors(), part.out},
+            device::moving(9 * static_cast<double>(part.stride))};
       },
       [&](std::size_t i, const std::array<double, 5>& values) {
         std::array<float, 4> versor{};

@@ -104,7 +104,8 @@ class InterpolatedOrbits {
     context.launch(map_.kernel("interpolated_orbit.cl", "interpolate_rows"), {{groups, 1, 1}},
                    {sent_meetings, lattice.nodes.count[0], lattice.nodes.count[1], lattice.rows,
                     lattice.spacing, nodes.field, nodes.versors, device::narrow(groups), rows.field,
-                    rows.versors, change});
+                    rows.versors, change},
+                   device::moving(36 * static_cast<double>(meetings.size())));
 
     std::vector<Real> found(numbers.size());
     fill_lanes(map_, numbers);
@@ -120,13 +121,14 @@ class InterpolatedOrbits {
                                .node_columns = lattice.nodes.count[0],
                                .spacing = lattice.spacing};
     });
-    const auto arguments = [&](std::size_t first, std::size_t count) {
-      return Arguments({sent, points, settling, rows.field, rows.versors, change,
-                        device::narrow(first), device::narrow(count), map_.buffer(), map_.factors(),
-                        values});
+    const auto call = [&](std::size_t first, std::size_t count) {
+      return device::PartCall{
+          {sent, points, settling, rows.field, rows.versors, change, device::narrow(first),
+           device::narrow(count), map_.buffer(), map_.factors(), values},
+          device::moving(2 * static_cast<double>(count) * map_.points_per_item())};
     };
     device::launch_in_parts(context, kernel, map_.groups(numbers.size()),
-                            map_.modulus_cost() * map_.points_per_item(), arguments);
+                            map_.modulus_cost() * map_.points_per_item(), call);
     context.read<Real>(values, found);
     return found;
   }
@@ -228,13 +230,14 @@ void block_images(const map::DeviceMap& map, const Grid& grid, const GridBlock& 
   const auto from = context.upload<std::int32_t>(numbers);
   const auto to = context.upload<std::int32_t>(slots);
   const device::Argument points = grid_block(grid, block, map.precision());
-  const auto arguments = [&](std::size_t first, std::size_t count) {
-    return Arguments({from, to, points, spacing, device::narrow(first), device::narrow(count),
-                      map.buffer(), map.factors(), field, versors});
+  const auto call = [&](std::size_t first, std::size_t count) {
+    return device::PartCall{{from, to, points, spacing, device::narrow(first),
+                             device::narrow(count), map.buffer(), map.factors(), field, versors},
+                            map.work(count * map.lanes(), cost::kStep, 7)};
   };
   device::launch_in_parts(context, map.kernel("interpolated_orbit.cl", "block_images"),
                           map.groups(numbers.size()), map.step_cost() * map.points_per_item(),
-                          arguments);
+                          call);
 }
 
 Unsettled settle_by_interpolation(const map::DeviceMap& map, const Grid& grid,

@@ -58,9 +58,10 @@ std::vector<float> LevelSet::densely_over(const Grid& grid, const GridBlock& blo
   batch.run<0, 1>(
       values.size(), device::PointBatch::NoInputs{},
       [&](const device::PointBatch::Part& part) {
-        return Arguments({points, device::narrow(part.first / map_.lanes()),
-                          device::narrow(part.items), map_.buffer(), map_.factors(), iterations_,
-                          map_.real(level), part.out});
+        return device::PartCall{
+            {points, device::narrow(part.first / map_.lanes()), device::narrow(part.items),
+             map_.buffer(), map_.factors(), iterations_, map_.real(level), part.out},
+            map_.work(part.stride, cost::field(iterations_), 1, iterations_ > 1)};
       },
       [&](std::size_t i, const std::array<double, 1>& f) { values[i] = static_cast<float>(f[0]); });
   return values;
@@ -79,7 +80,7 @@ void LevelSet::at(const Grid& grid, const GridBlock& block, std::span<const std:
     context.launch(numbered_kernel, {{groups, 1, 1}},
                    {sent, points, device::narrow(orbits.stride), device::narrow(groups),
                     map_.buffer(), map_.factors(), orbits.points, orbits.field},
-                   work(groups));
+                   map_.work(groups * map_.lanes(), cost::kLogNorm, 6), work(groups));
   };
   iterate(numbers.size(), numbered_kernel, start, [&](std::size_t begin, const auto& found) {
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -140,7 +141,7 @@ std::vector<std::size_t> LevelSet::looked_up(std::size_t count, const At& point,
         append_lattice(lookup_->lattice, arguments);
         append_table(lookup_->table, arguments);
         arguments.emplace_back(part.out);
-        return arguments;
+        return look_up_call(std::move(arguments), part.count);
       },
       [&](std::size_t i, const std::array<double, 1>& f) {
         if (std::isnan(f[0])) {
@@ -184,7 +185,7 @@ std::vector<float> LevelSet::iterated_at(std::span<const Eigen::Vector3d> points
     context.launch(points_kernel, {{groups, 1, 1}},
                    {orbits.points, device::narrow(orbits.stride), device::narrow(groups),
                     map_.buffer(), map_.factors(), orbits.field},
-                   work(groups));
+                   map_.work(groups * map_.lanes(), cost::kLogNorm, 5), work(groups));
   };
   std::vector<float> values(points.size());
   iterate(points.size(), points_kernel, start, [&](std::size_t begin, const auto& found) {
@@ -205,9 +206,10 @@ FieldBounds LevelSet::bounds(std::span<const Eigen::Vector3d> centers, double ha
         return std::array{centers[i].x(), centers[i].y(), centers[i].z()};
       },
       [&](const device::PointBatch::Part& part) {
-        return Arguments({part.in, device::narrow(part.stride), device::narrow(part.items),
-                          map_.real(half_side), map_.buffer(), map_.factors(), iterations_,
-                          part.out});
+        return device::PartCall{
+            {part.in, device::narrow(part.stride), device::narrow(part.items), map_.real(half_side),
+             map_.buffer(), map_.factors(), iterations_, part.out},
+            map_.work(part.stride, cost::kFieldBounds, 5)};
       },
       [&](std::size_t i, const std::array<double, 2>& f) {
         bounds.low[i] = static_cast<float>(f[0]);
@@ -252,7 +254,7 @@ void LevelSet::iterate_in(std::size_t count, const device::Kernel& first_kernel,
       const std::size_t groups = map_.groups(place.size());
       live.resize(groups * map_.lanes(), live.back());
       context.write<std::int32_t>(live_numbers, live);
-      const auto arguments = [&](std::size_t first, std::size_t part) {
+      const auto call = [&](std::size_t first, std::size_t part) {
         Arguments list{orbits[0].points, orbits[0].field,       device::narrow(stride),
                        live_numbers,     device::narrow(first), device::narrow(part),
                        map_.buffer(),    map_.factors()};
@@ -264,10 +266,13 @@ void LevelSet::iterate_in(std::size_t count, const device::Kernel& first_kernel,
           list.emplace_back(orbits[1].points);
         }
         list.emplace_back(orbits[1].field);
-        return list;
+        const std::size_t advanced = part * map_.lanes();
+        const int iterates = lookup_ ? iterations_ - iterate : 1;
+        return device::PartCall{std::move(list), map_.work(advanced, iterates * cost::kStep,
+                                                           lookup_ ? 6 : 10, lookup_ != nullptr)};
       };
       device::launch_in_parts(context, advance, groups, map_.step_cost() * map_.points_per_item(),
-                              arguments);
+                              call);
       context.read<Real>(orbits[1].field, std::span(reached).first(place.size()));
       std::swap(orbits[0], orbits[1]);
       counts_.iterates += place.size();

@@ -100,11 +100,15 @@ std::vector<float> looked_up_fields(const map::DeviceMap& map, const ImageLattic
         append_lattice(lattice, arguments);
         append_table(table, arguments);
         arguments.emplace_back(part.out);
-        return arguments;
+        return look_up_call(std::move(arguments), part.count);
       },
       [&](std::size_t i, const std::array<double, 1>& f) { fields[i] = static_cast<float>(f[0]); },
       0, stop);
   return fields;
+}
+
+device::PartCall look_up_call(Arguments arguments, std::size_t points) {
+  return {std::move(arguments), device::moving(5 * static_cast<double>(points))};
 }
 
 void append_lattice(const ImageLattice& lattice, Arguments& arguments) {

@@ -7,6 +7,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "device/point_batch.hpp"
 #include "lattice/image_lattice.hpp"
 #include "lattice/image_table.hpp"
 #include "lattice/level_set.hpp"
@@ -39,6 +40,9 @@ std::vector<float> looked_up_fields(const map::DeviceMap& map, const ImageLattic
                                     const ImageTable& table, int iterates,
                                     const std::vector<Eigen::Vector3d>& points,
                                     const std::stop_token& stop);
+
+/// A call of kernels/look_up.cl's look_up_points for so many points.
+device::PartCall look_up_call(Arguments arguments, std::size_t points);
 
 /// Appends the lattice as kernels take it, then the table.
 void append_lattice(const ImageLattice& lattice, Arguments& arguments);

@@ -4,6 +4,7 @@
 
 #include "base/range_check.hpp"
 #include "device/handles.hpp"
+#include "map/cost.hpp"
 #include "map/device_map.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/opencl.hpp"
@@ -16,8 +17,9 @@ struct BufferField::Impl {
   std::size_t stride(std::size_t count) const { return map.groups(count) * map.lanes(); }
 
   /// Launches a kernel of field.cl over points, which writes `arrays` arrays of results.
+  /// @param does the kernel, at a point.
   /// @param more arguments between those of the map and the results.
-  void launch(const char* kernel, cl_mem points, std::size_t count, double cost,
+  void launch(const char* kernel, cl_mem points, std::size_t count, const map::PointWork& does,
               const std::vector<device::Argument>& more, const char* name, cl_mem results,
               std::size_t arrays) const {
     constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
@@ -36,7 +38,8 @@ struct BufferField::Impl {
     all.emplace_back(out);
     map.context().launch(map.kernel("field.cl", kernel), {{items, 1, 1}},
                          std::span<const device::Argument>(all),
-                         cost * static_cast<double>(stride(count)));
+                         map.work(stride(count), does.slots, does.reals, does.at_most),
+                         does.cost * static_cast<double>(stride(count)));
   }
 };
 
@@ -50,14 +53,13 @@ std::size_t BufferField::stride(std::size_t count) const { return impl_->stride(
 
 void BufferField::at(cl_mem points, std::size_t count, int iterations, cl_mem field) const {
   base::expect_between("iterations", iterations, 1, kMostIterations);
-  const auto& map = impl_->map;
-  const double cost = iterations == 1 ? map.modulus_cost() : map.step_cost() * iterations;
-  impl_->launch("field_at_points", points, count, cost, {iterations, 0}, "field", field, 1);
+  impl_->launch("field_at_points", points, count, impl_->map.field_work(iterations),
+                {iterations, 0}, "field", field, 1);
 }
 
 void BufferField::gradient_at(cl_mem points, std::size_t count, cl_mem gradient) const {
-  impl_->launch("field_gradient_at_points", points, count, impl_->map.modulus_cost(), {},
-                "gradient", gradient, 4);
+  impl_->launch("field_gradient_at_points", points, count,
+                {impl_->map.modulus_cost(), cost::kFieldGradient, 8}, {}, "gradient", gradient, 4);
 }
 
 }  // namespace qjulia

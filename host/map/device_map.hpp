@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "device/context.hpp"
+#include "map/cost.hpp"
 #include "qjulia/map/field.hpp"
 #include "qjulia/map/map.hpp"
 
@@ -18,6 +19,14 @@ std::vector<double> pack_map(const Map& map, const StopRadii& stops);
 /// The files that a program about the map stands on, by the names that map.clh includes them under:
 /// its kinds of modulus and versor, and portals and paint where it has some.
 std::map<std::string, std::string> kind_files(const Map& map);
+
+/// What a kernel does at a point.
+struct PointWork {
+  double cost;   ///< as PointBatch takes it
+  double slots;  ///< for each factor (map/cost.hpp)
+  double reals;
+  bool at_most = false;
+};
 
 class DeviceMap {
  public:
@@ -54,6 +63,20 @@ class DeviceMap {
   /// What F, and what a whole iterate costs at a point, in factors' logarithms.
   double modulus_cost() const { return modulus_cost_; }
   double step_cost() const { return step_cost_; }
+
+  /// The work of a launch over so many points, with so many slots for each of the map's factors
+  /// (map/cost.hpp) and so many reals at each.
+  device::LaunchWork work(std::size_t points, double slots, double reals,
+                          bool at_most = false) const {
+    const auto count = static_cast<double>(points);
+    return {count * factors_ * slots, count * reals, at_most};
+  }
+
+  /// F_n, from coordinates in a buffer to a buffer.
+  PointWork field_work(int iterations) const {
+    return {iterations == 1 ? modulus_cost_ : step_cost_ * iterations, cost::field(iterations), 5,
+            iterations > 1};
+  }
 
   /// Points to a work-item.
   std::size_t lanes() const { return static_cast<std::size_t>(device_.lane_width(precision_)); }

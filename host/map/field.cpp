@@ -8,6 +8,7 @@
 #include "base/range_check.hpp"
 #include "device/point_batch.hpp"
 #include "map/checks.hpp"
+#include "map/cost.hpp"
 #include "map/device_map.hpp"
 
 namespace qjulia {
@@ -52,13 +53,13 @@ struct Field::Impl {
   std::stop_token stop;
 
   /// Launches a kernel over `count` points.
-  /// @param inputs (i) → the kInputs reals of point i. @param cost of a point.
+  /// @param inputs (i) → the kInputs reals of point i.
   /// @param more arguments of the kernel. @param take gets a point's number and what is found
   /// there.
   template <std::size_t kInputs, std::size_t kResults, class Inputs, class Take>
-  void launch(const device::Kernel& kernel, std::size_t count, const Inputs& inputs, double cost,
-              const std::vector<Argument>& more, const Take& take) const {
-    PointBatch batch(map.context(), kernel, map.precision(), map.lanes(), cost);
+  void launch(const device::Kernel& kernel, std::size_t count, const Inputs& inputs,
+              const PointWork& does, const std::vector<Argument>& more, const Take& take) const {
+    PointBatch batch(map.context(), kernel, map.precision(), map.lanes(), does.cost);
     batch.run<kInputs, kResults>(
         count, inputs,
         [&](const PointBatch::Part& part) {
@@ -66,14 +67,10 @@ struct Field::Impl {
                                     map.factors()};
           all.insert(all.end(), more.begin(), more.end());
           all.emplace_back(part.out);
-          return all;
+          return device::PartCall{std::move(all),
+                                  map.work(part.stride, does.slots, does.reals, does.at_most)};
         },
         take, 0, stop);
-  }
-
-  /// What F_n costs at a point.
-  double cost(int iterations) const {
-    return iterations == 1 ? map.modulus_cost() : map.step_cost() * iterations;
   }
 
   std::vector<double> evaluate(std::span<const Quaternion> points, int iterations,
@@ -82,7 +79,7 @@ struct Field::Impl {
     std::vector<double> field(points.size());
     launch<4, 1>(
         map.kernel("field.cl", "field_at_points"), points.size(),
-        [&](std::size_t i) { return coordinates(points[i]); }, cost(iterations),
+        [&](std::size_t i) { return coordinates(points[i]); }, map.field_work(iterations),
         {iterations, decided ? 1 : 0},
         [&](std::size_t i, const std::array<double, 1>& f) { field[i] = f[0]; });
     return field;
@@ -108,7 +105,7 @@ struct Field::Impl {
       std::vector<std::size_t> next;
       launch<4, 5>(
           kernel, live.size(), [&](std::size_t i) { return coordinates(at[live[i]]); },
-          map.step_cost(), {},
+          {map.step_cost(), cost::kStep, 9}, {},
           [&](std::size_t i, const std::array<double, 5>& found) {
             Quaternion& q = at[live[i]];
             q = image_of(found);
@@ -146,7 +143,7 @@ struct Field::Impl {
         [&](std::size_t i) {
           return coordinates(kept[live[i] * row + static_cast<std::size_t>(executed[live[i]] - 1)]);
         },
-        map.modulus_cost(), {},
+        {map.modulus_cost(), cost::kFieldGradient, 8}, {},
         [&](std::size_t i, const std::array<double, 4>& g) {
           gradients[live[i]] = to_quaternion(g);
         });
@@ -176,7 +173,7 @@ struct Field::Impl {
           std::ranges::copy(coordinates(unit(gradients[numbers[i]], {})), all.begin() + 8);
           return all;
         },
-        2 * map.step_cost(), {},
+        {2 * map.step_cost(), cost::kStep + cost::kPullBack, 16}, {},
         [&](std::size_t i, const std::array<double, 4>& found) {
           Quaternion& gradient = gradients[numbers[i]];
           const double length = norm(gradient) * norm(orbits[numbers[i] * row + 1]);
@@ -203,7 +200,8 @@ std::vector<Quaternion> Field::versors_at(std::span<const Quaternion> points) co
   std::vector<Quaternion> versors(points.size());
   impl_->launch<4, 4>(
       impl_->map.kernel("field_queries.cl", "versors_at_points"), points.size(),
-      [&](std::size_t i) { return coordinates(points[i]); }, impl_->map.step_cost(), {},
+      [&](std::size_t i) { return coordinates(points[i]); },
+      {impl_->map.step_cost(), cost::kVersorAlone, 8}, {},
       [&](std::size_t i, const std::array<double, 4>& u) { versors[i] = to_quaternion(u); });
   return versors;
 }
@@ -236,7 +234,8 @@ std::vector<int> Field::escape_counts_at(std::span<const Quaternion> points, int
   std::vector<int> counts(points.size());
   impl_->launch<4, 1>(
       impl_->map.kernel("field_queries.cl", "escape_counts_at_points"), points.size(),
-      [&](std::size_t i) { return coordinates(points[i]); }, impl_->cost(iterations), {iterations},
+      [&](std::size_t i) { return coordinates(points[i]); },
+      {impl_->map.field_work(iterations).cost, iterations * cost::kStep, 5, true}, {iterations},
       [&](std::size_t i, const std::array<double, 1>& n) {
         counts[i] = static_cast<int>(std::lround(n[0]));
       });

@@ -120,7 +120,7 @@ struct SignedDistance::Impl {
     const double lanes = static_cast<double>(items * width) / static_cast<double>(sampled);
     const double slots = all.boxes * (is_nearest ? kBoxSlots : kDipoleSlots) +
                          all.triangles * (is_nearest ? kTriangleSlots : kAngleSlots);
-    watch->did(name, {.slots = lanes * slots});
+    watch->did(name, lanes * slots);
   }
 
   /// Results in the order of `points`; they are handed to the device in the order given.
@@ -139,8 +139,9 @@ struct SignedDistance::Impl {
           return std::array{x.x(), x.y(), x.z()};
         },
         [&](const PointBatch::Part& part) {
-          return std::vector<Argument>{
-              part.in, narrow(part.stride), narrow(part.items), nodes, links, triangles, part.out};
+          return device::PartCall{
+              {part.in, narrow(part.stride), narrow(part.items), nodes, links, triangles, part.out},
+              device::moving(4 * static_cast<double>(part.stride))};
         },
         [&](std::size_t i, const std::array<double, 1>& value) { results[order[i]] = value[0]; }, 0,
         stop);

@@ -160,10 +160,11 @@ std::vector<double> BandGrid::safe_steps(const surface::Grid& grid,
   batch.run<0, 1>(
       safe.size(), device::PointBatch::NoInputs{},
       [&](const device::PointBatch::Part& part) {
-        return surface::Arguments({layout, sent, device::narrow(part.first / map_.lanes()),
-                                   device::narrow(part.items), map_.buffer(), map_.factors(),
-                                   set_.iterations, map_.real(band_.level),
-                                   map_.real(band_.steepest), part.out});
+        return device::PartCall{
+            {layout, sent, device::narrow(part.first / map_.lanes()), device::narrow(part.items),
+             map_.buffer(), map_.factors(), set_.iterations, map_.real(band_.level),
+             map_.real(band_.steepest), part.out},
+            map_.work(part.stride, cost::kLogNorm, 2)};
       },
       [&](std::size_t i, const std::array<double, 1>& step) { safe[i] = step[0]; });
   return safe;
@@ -323,7 +324,8 @@ std::vector<float> BandGrid::depths(const View& view, int first_row, int rows) {
   const auto out = context.allocate_real(wide * deep, set_.precision);
   context.launch(grid_depth_, {{(wide + 7) / 8 * 8, (deep + 7) / 8 * 8, 1}, {8, 8, 1}},
                  {context.upload_real(view.packed(), set_.precision), view.columns, first_row, rows,
-                  layout_, safe_, sent_values_, out});
+                  layout_, safe_, sent_values_, out},
+                 device::moving(static_cast<double>(wide * deep)));
   std::vector<double> depths(wide * deep);
   context.read(out, depths);
   return {depths.begin(), depths.end()};

@@ -208,7 +208,7 @@ std::size_t covered_pixels(const View& view, const Strip& strip) {
   return static_cast<std::size_t>(std::ranges::count(covered, true));
 }
 
-double cost(const View& view) {
+double view_cost(const View& view) {
   const double of_ray = view.coarse_will_do ? kCoarseCost : view.samples > 1 ? kSampleCost : 1;
   return double(view.columns) * view.rows * of_ray;
 }
@@ -227,7 +227,7 @@ View with_fewer_rays(const View& view, double rays) {
 
 }  // namespace
 
-/// In the unit of `cost`.
+/// In the unit of `view_cost`.
 struct Studio::Impl::Work {
   const ProgressMonitor& monitor;
   double all;
@@ -314,7 +314,7 @@ void Studio::Impl::light_sky(Work& work) {
   const TraceStage stage(work.monitor.trace, "sky");
   for (Light& light : sky) {
     take_depths(light);
-    work.did(cost(light.view));
+    work.did(view_cost(light.view));
   }
   ground = lowest(*source, direction(*options.camera.up), fineness);
   ground_light =
@@ -379,7 +379,7 @@ void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamp
                     options.ground ? std::optional(ground) : std::nullopt, picture.layers);
         }
       }
-      work.did(cost(view) * rows / image.height);
+      work.did(view_cost(view) * rows / image.height);
     }
     const double scale = kBaseExposure * std::exp2(exposure);
     const int most = (1 << options.bits) - 1;
@@ -435,14 +435,14 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   const bool have_moved =
       !std::ranges::equal(placed, kept_lamps, {}, &Light::towards, &Light::towards);
   double cost_of_lamps = 0;
-  for (const Light& lamp : placed) cost_of_lamps += have_moved ? cost(lamp.view) : 0;
-  Work work{monitor, cost(view) + cost_of_lamps};
+  for (const Light& lamp : placed) cost_of_lamps += have_moved ? view_cost(lamp.view) : 0;
+  Work work{monitor, view_cost(view) + cost_of_lamps};
   if (is_first) {
     up.reset();  // a stop may come before all is there
     sky = sky_lights(rig, environment ? &*environment : nullptr, *camera.up, source->bounds(),
                      fineness, is_draft ? kDraftSkyLights : kSkyLights);
     work.all += kDepthGridCost;
-    for (const Light& light : sky) work.all += cost(light.view);
+    for (const Light& light : sky) work.all += view_cost(light.view);
   }
 
   // The finest view first: what is computed for it serves the others.
@@ -467,7 +467,7 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
       } else {
         take_depths(lamp);
       }
-      work.did(cost(lamp.view));
+      work.did(view_cost(lamp.view));
     }
   } else {
     for (std::size_t i = 0; i < placed.size(); ++i)
@@ -487,7 +487,7 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   image.loose.volume /= std::pow(to_scene.scale, 3);
   image.pixels.reserve(3 * index(0, image.height, image.width));
   const std::vector<View> views = views_of(camera);
-  work.all += static_cast<double>(views.size()) * cost(views.front()) - cost(view);
+  work.all += static_cast<double>(views.size()) * view_cost(views.front()) - view_cost(view);
   draw(views, lamps, shading, with_layers, work, picture);
   return picture;
 }

@@ -601,7 +601,8 @@ class MarchSource : public DepthSource {
                                         finer_bits_,
                                         part.out});
           turns.append_to(arguments);
-          return arguments;
+          return device::PartCall{std::move(arguments),
+                                  device::moving(5 * static_cast<double>(part.count))};
         },
         [&](std::size_t i, const std::array<double, 1>& depth) {
           take(i, static_cast<float>(depth[0]));

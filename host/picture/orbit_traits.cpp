@@ -22,9 +22,11 @@ int kind_of(Material material) {
   }
 }
 
+constexpr int kCorners = 4;
+
 /// The corners of a tetrahedron about a point, half a width away, each with the slice behind.
 std::array<double, 16> corners_about(const Eigen::Vector3d& point, double width, double slice) {
-  constexpr std::array<std::array<int, 3>, 4> kSigns{
+  constexpr std::array<std::array<int, 3>, kCorners> kSigns{
       {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}};
   const double away = 0.5 * width / std::sqrt(3.0);
   std::array<double, 16> corners{};
@@ -56,9 +58,10 @@ std::vector<float> orbit_traits(const map::DeviceMap& map,
         return corners_about(points[i], widths[widths.size() == 1 ? 0 : i], map.slice());
       },
       [&](const device::PointBatch::Part& part) {
-        return std::vector<device::Argument>(
+        return device::PartCall{
             {part.in, device::narrow(part.stride), device::narrow(part.items), map.buffer(),
-             map.factors(), iterations, kind_of(material), part.out});
+             map.factors(), iterations, kind_of(material), part.out},
+            map.work(part.stride, kCorners * iterations * cost::kStep, 17, /*at_most=*/true)};
       },
       [&](std::size_t i, const std::array<double, 1>& trait) {
         traits[i] = static_cast<float>(trait[0]);

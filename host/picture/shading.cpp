@@ -23,6 +23,30 @@ device::Range tiles(int columns, int rows) {
   return {{padded(columns), padded(rows), 1}, {8, 8, 1}};
 }
 
+double items_of(const device::Range& range) {
+  return static_cast<double>(range.global[0] * range.global[1]);
+}
+
+/// Launches a kernel that moves so many reals in each work-item.
+void launch_moving(device::Context& context, const device::Kernel& kernel,
+                   const device::Range& range, std::initializer_list<device::Argument> arguments,
+                   double reals) {
+  context.launch(kernel, range, arguments, device::moving(reals * items_of(range)));
+}
+
+/// What each receiver and lamp takes (shade.cl): three coordinates in the lamp's map, cosine,
+/// three colours.
+device::LaunchWork sight_work(int receivers, int lamps, double reals) {
+  constexpr double kSight = 3 * 3 + 3 + 3;
+  const double count = receivers;
+  return {count * lamps * kSight, count * (QJ_RECEIVER_SIZE + reals),
+          /*at_most=*/true};
+}
+
+device::LaunchWork normals_work(int columns, int rows) {
+  return device::moving(4.0 * columns * rows);
+}
+
 static_assert(QJ_MOST_STOPS == Palette::kMostStops);
 
 int number_of(Backdrop backdrop) {
@@ -162,10 +186,10 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::span<con
                                             .lamps = 0,
                                             .lights = static_cast<std::int32_t>(sky.size()),
                                             .lamp = 0};
-  context.launch(
-      kernel, {{count, 1, 1}, {}},
-      {device::Argument::of(arguments), context.upload<float>(receivers),
-       context.upload<float>(lights.reals), context.upload<float>(lights.atlas), shares});
+  context.launch(kernel, {{count, 1, 1}, {}},
+                 {device::Argument::of(arguments), context.upload<float>(receivers),
+                  context.upload<float>(lights.reals), context.upload<float>(lights.atlas), shares},
+                 sight_work(arguments.receivers, arguments.lights, 1));
   ground.shares.resize(count);
   context.read(shares, std::span(ground.shares));
   ground.shares = smoothed(ground.shares, static_cast<std::size_t>(ground.side));
@@ -181,7 +205,8 @@ std::vector<float> normals_of(const Device& device, const View& view,
       tiles(view.columns, view.rows),
       {context.upload_real(view.packed(), Precision::single), view.columns, 0, view.rows,
        context.upload<float>(depths),
-       device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals});
+       device::Argument::real(kNormalSoftness * view.footprint, Precision::single), normals},
+      normals_work(view.columns, view.rows));
   std::vector<float> found(3 * depths.size());
   context.read(normals, std::span(found));
   return found;
@@ -279,25 +304,31 @@ Shading::Received Shading::receive(const View& view, const Strip& strip, bool wi
       normals_, tiles(wide, deep),
       {received.view, wide, strip.first_row * strip.samples - strip.halo, deep, received.depths,
        device::Argument::real(kNormalSoftness * view.footprint, Precision::single),
-       received.normals});
-  context.launch(
-      sample_receivers_, tiles(wide, sample_rows),
-      {received.strip, received.view, received.depths, received.normals, received.receivers});
-  context.launch(ground_receivers_, tiles(columns, strip.rows),
-                 {received.strip, received.view, received.depths, scene_, received.receivers});
+       received.normals},
+      normals_work(wide, deep));
+  launch_moving(
+      context, sample_receivers_, tiles(wide, sample_rows),
+      {received.strip, received.view, received.depths, received.normals, received.receivers},
+      4 + QJ_RECEIVER_SIZE);
+  launch_moving(context, ground_receivers_, tiles(columns, strip.rows),
+                {received.strip, received.view, received.depths, scene_, received.receivers},
+                1 + QJ_RECEIVER_SIZE);
   context.launch(sky_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
-                 {received.light, received.receivers, lights_, maps_, received.sky});
+                 {received.light, received.receivers, lights_, maps_, received.sky},
+                 sight_work(samples, lights_count_ - lamps_count_, QJ_RECEIVED_SIZE));
   const auto near_shadow = context.upload<std::uint8_t>(
       strip.near_shadow.empty() ? std::vector<std::uint8_t>(1) : strip.near_shadow);
   for (light.lamp = 0; light.lamp < lamps_count_; ++light.lamp) {
-    context.launch(lamp_light_, {{count, 1, 1}, {}},
-                   {device::Argument::of(light), received.strip, near_shadow, received.receivers,
-                    lights_, maps_, received.lamps});
+    launch_moving(context, lamp_light_, {{count, 1, 1}, {}},
+                  {device::Argument::of(light), received.strip, near_shadow, received.receivers,
+                   lights_, maps_, received.lamps},
+                  QJ_RECEIVER_SIZE + QJ_LAMP_SIZE);
   }
   if (bounce_ > 0) {
-    context.launch(bounce_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
-                   {received.light, device::Argument::real(bounce_, Precision::single),
-                    received.receivers, lights_, bounces_, received.bounce});
+    launch_moving(context, bounce_light_, {{static_cast<std::size_t>(samples), 1, 1}, {}},
+                  {received.light, device::Argument::real(bounce_, Precision::single),
+                   received.receivers, lights_, bounces_, received.bounce},
+                  QJ_RECEIVER_SIZE + 3);
   }
   return received;
 }
@@ -311,10 +342,11 @@ Shaded Shading::shade(const View& view, const Strip& strip, bool with_layers) co
   const auto part_size = static_cast<std::size_t>(QJ_PART_LAMPS + 3 * lamps_count_);
   const auto parts =
       context.allocate<float>(with_layers ? part_size * index(0, strip.rows, columns) : 1);
-  context.launch(radiance_, tiles(columns, strip.rows),
-                 {received.strip, received.view, received.depths, received.normals, traits, lights_,
-                  scene_, reflectance_, around_, ground_, received.sky, received.lamps,
-                  received.bounce, pixels, parts});
+  launch_moving(context, radiance_, tiles(columns, strip.rows),
+                {received.strip, received.view, received.depths, received.normals, traits, lights_,
+                 scene_, reflectance_, around_, ground_, received.sky, received.lamps,
+                 received.bounce, pixels, parts},
+                QJ_PIXEL_SIZE);
   Shaded shaded;
   shaded.pixels.resize(pixels.size());
   context.read(pixels, std::span(shaded.pixels));
@@ -351,9 +383,10 @@ std::vector<float> Shading::behind(std::span<const float> pixels, int first_row,
   device::Context& context = device_.context();
   const auto strip = rows_of_picture(pixels, first_row, width, height, lamps_count_);
   const auto light = context.allocate<float>(4 * pixels.size() / QJ_PIXEL_SIZE);
-  context.launch(behind_, tiles(width, strip.rows),
-                 {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
-                  scene_, context.upload<float>(pixels), light});
+  launch_moving(context, behind_, tiles(width, strip.rows),
+                {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
+                 scene_, context.upload<float>(pixels), light},
+                QJ_PIXEL_SIZE + 4);
   std::vector<float> found(light.size());
   context.read(light, std::span(found));
   return found;
@@ -364,10 +397,11 @@ std::vector<std::uint16_t> Shading::develop(std::span<const float> pixels, int f
   device::Context& context = device_.context();
   const auto strip = rows_of_picture(pixels, first_row, width, height, lamps_count_);
   const auto numbers = context.allocate<std::uint16_t>(4 * pixels.size() / QJ_PIXEL_SIZE);
-  context.launch(develop_, tiles(width, strip.rows),
-                 {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
-                  device::Argument::real(most, Precision::single), scene_,
-                  context.upload<float>(pixels), numbers});
+  launch_moving(context, develop_, tiles(width, strip.rows),
+                {device::Argument::of(strip), device::Argument::real(exposure, Precision::single),
+                 device::Argument::real(most, Precision::single), scene_,
+                 context.upload<float>(pixels), numbers},
+                QJ_PIXEL_SIZE + 1);
   std::vector<std::uint16_t> rgba(numbers.size());
   context.read(numbers, std::span(rgba));
   return rgba;
@@ -378,9 +412,9 @@ std::vector<float> Shading::incident(const View& view, const Strip& strip) const
   const Received received = receive(view, strip, /*with_parts=*/false);
   const std::size_t count = index(0, strip.rows * strip.samples, view.columns);
   const auto light = context.allocate<float>(count);
-  context.launch(
-      incident_, {{count, 1, 1}, {}},
-      {received.light, received.receivers, lights_, received.sky, received.lamps, light});
+  launch_moving(context, incident_, {{count, 1, 1}, {}},
+                {received.light, received.receivers, lights_, received.sky, received.lamps, light},
+                QJ_RECEIVER_SIZE + 1);
   std::vector<float> found(count);
   context.read(light, std::span(found));
   std::erase_if(found, [](float value) { return value < 0; });

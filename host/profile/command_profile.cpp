@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "profile/json_values.hpp"
-#include "profile/kernel_work.hpp"
 #include "profile/limits.hpp"
 #include "profile/roof.hpp"
+#include "profile/work_counter.hpp"
 #include "profile/worker_clock.hpp"
 
 namespace qjulia::profiling {

@@ -23,7 +23,6 @@ struct KernelWork {
   double bytes = 0;        ///< read and written at least
   bool at_most = false;    ///< orbits may have ended before they had done all of it
   bool is_double = false;  ///< computed in double precision
-  bool is_known = false;   ///< the library counts this kernel's work
 };
 
 /// Counts the work of all launches of this process while it lives, by kernel. While a second

@@ -8,9 +8,9 @@
 #include <optional>
 #include <utility>
 
+#include "energy/cost.hpp"
 #include "energy/evaluator.hpp"
 #include "lattice/level_set.hpp"
-#include "profile/cost.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/field.hpp"
 #include "qjulia/mesh/shape.hpp"
@@ -22,6 +22,9 @@ namespace {
 
 constexpr int kIterations = 4;
 constexpr int kPictureIterations = 6;
+
+/// Reals that a grid point takes: F, and for each further iterate the point and F, in and out.
+constexpr double level_set_reals(int n) { return 1 + (n - 1) * 10.0; }
 
 /// Iterates that run of each sample's n, on average: all of them, unless an orbit escapes.
 double executed_iterates(const Device& device, const Workload& work, int n, Precision precision) {
@@ -211,7 +214,7 @@ class JobList {
                         static_cast<std::size_t>(side);
     const auto level_set = std::make_shared<surface::LevelSet>(
         device_, work_->map, StopRadii{0, 0, kNoEscape}, n, options_.precision);
-    const Cost cost{cost::energy(n), cost::level_set_reals(n) * static_cast<double>(points)};
+    const Cost cost{cost::energy(n), level_set_reals(n) * static_cast<double>(points)};
     jobs_.push_back({"level_set", n, points, static_cast<double>(n), cost, kernels,
                      [level_set, grid](const std::stop_token&) {
                        level_set->over(grid, {{0, 0, 0}, grid.points});

@@ -21,7 +21,7 @@ class KernelCounter final : public device::LaunchWatch {
   explicit KernelCounter(ProcessEvents* events) : events_(events) {}
 
   void launched(const device::Launch& launch) override;
-  void did(std::string_view /*kernel*/, const device::WalkedWork& /*work*/) override {}
+  void did(std::string_view /*kernel*/, double /*slots*/) override {}
   std::shared_ptr<void> alone(std::string_view kernel) override;
 
   struct Kernel {

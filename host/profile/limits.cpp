@@ -60,7 +60,7 @@ std::function<Pace()> fma_probe(const Device& device, Precision precision,
     const double all = kChains * rounds * static_cast<double>(items) * width;
     return paced(device, all, clock, [&] {
       context.launch(context.kernel("limits.cl", "fma_chains", {width, precision, {}}),
-                     {{items, 1, 1}}, {seed, rounds, sums});
+                     {{items, 1, 1}}, {seed, rounds, sums}, device::kNotCounted);
     });
   };
 }
@@ -85,9 +85,9 @@ Pace measure_copy(const Device& device, Precision precision, int repeats,
   const auto to = context.allocate_real(reals, precision);
   const double all = 2 * static_cast<double>(copy_items * vectors * lanes * real_bytes);
   const auto copy = [&] {
-    context.launch(context.kernel("limits.cl", "copy_reals", {width, precision, {}}),
-                   {{copy_items, 1, 1}},
-                   {from, device::narrow(vectors), device::narrow(copy_items), to});
+    context.launch(
+        context.kernel("limits.cl", "copy_reals", {width, precision, {}}), {{copy_items, 1, 1}},
+        {from, device::narrow(vectors), device::narrow(copy_items), to}, device::kNotCounted);
   };
   return best_of(repeats, [&] { return paced(device, all, clock, copy); });
 }
@@ -114,7 +114,7 @@ DeviceLimits measure_limits(const Device& device, Precision precision, int repea
     const auto run = timed(device, [&] {
       context.launch(
           context.kernel("limits.cl", "no_work", {device.lane_width(precision), precision, {}}),
-          {{1, 1, 1}}, {from});
+          {{1, 1, 1}}, {from}, device::kNotCounted);
     });
     limits.launch_seconds = std::min(limits.launch_seconds, run.wall);
   }

@@ -10,7 +10,7 @@
 
 #include "base/range_check.hpp"
 #include "device/context.hpp"
-#include "profile/cost.hpp"
+#include "energy/cost.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/base/progress.hpp"

@@ -39,13 +39,12 @@ class TurnCount {
     if (!turns_ || watch == nullptr) return;
     std::vector<std::int32_t> turns(turns_->size());
     map_.context().read(*turns_, std::span(turns));
-    device::WalkedWork work;
     const double pairs = static_cast<double>(map_.lanes()) * map_.factors();
+    double slots = 0;
     for (std::size_t i = 0; i < turns.size(); i += 2) {
-      work.fields += pairs * turns[i];
-      work.versors += pairs * turns[i + 1];
+      slots += pairs * (turns[i] * cost::kLogNorm + turns[i + 1] * cost::kVersorAlone);
     }
-    watch->did(kernel, work);
+    watch->did(kernel, slots);
   }
 
  private:

@@ -92,7 +92,8 @@ void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const
         append_table(lookup_->table, arguments);
         arguments.emplace_back(part.out);
         turns.append_to(arguments);
-        return arguments;
+        return device::PartCall{std::move(arguments),
+                                device::moving(7 * static_cast<double>(part.count))};
       },
       [&](std::size_t i, const std::array<double, 1>& at) {
         vertices[i].put(static_cast<float>(at[0]));

@@ -56,7 +56,7 @@ std::vector<double> run(const map::DeviceMap& map, const char* name, const Point
   std::vector<device::Argument> list = {in, device::narrow(count), device::narrow(groups)};
   for (const device::Argument& argument : more) list.push_back(argument);
   list.emplace_back(out);
-  context.launch(map.kernel("image_table.cl", name), {{groups, 1, 1}}, list);
+  context.launch(map.kernel("image_table.cl", name), {{groups, 1, 1}}, list, device::kNotCounted);
   std::vector<double> found(outputs * count);
   context.read(out, found);
   return found;

@@ -229,6 +229,21 @@ TEST_CASE(
   CHECK(measured().not_counted.empty());
 }
 
+TEST_CASE("every kernel that a fit, a surface and a picture launch says its work") {
+  ProfileOptions options = small();
+  options.repeats = 1;
+  options.kernels = {"*"};
+  const ProfileReport report = profile(test::shared_device(), options);
+  std::size_t kernels = 0;
+  for (const KernelFigures& f : report.kernels) {
+    if (!f.is_one_kernel) continue;
+    CAPTURE(f.kernel);
+    CHECK(f.memory_bytes.has_value());
+    ++kernels;
+  }
+  CHECK(kernels > 30);
+}
+
 TEST_CASE("kernels of a preconditioner are counted by what their blocks take") {
   const Layout layout = GENERATE(Layout::cpu, Layout::gpu);
   const Device device = test::shared_device().with_layout(layout);

@@ -25,7 +25,7 @@ class Chains {
 
   void launch() {
     constexpr std::int32_t kRounds = 10'000;
-    context_.launch(kernel_, {{kItems, 1, 1}}, {seed_, kRounds, sums_});
+    context_.launch(kernel_, {{kItems, 1, 1}}, {seed_, kRounds, sums_}, device::kNotCounted);
   }
 
  private:
@@ -66,7 +66,8 @@ TEST_CASE("a kernel's first launch is timed, and its next ones are not waited fo
   Chains chains(context);
   // A context's very first launch is waited for in any case, to see whether events carry times.
   const auto any = context.allocate_real(1, Precision::single);
-  context.launch(context.kernel("limits.cl", "no_work", {8, Precision::single, {}}), {}, {any});
+  context.launch(context.kernel("limits.cl", "no_work", {8, Precision::single, {}}), {}, {any},
+                 device::kNotCounted);
   context.finish();
   const std::uint64_t waits = context.wait_time().waits;
   chains.launch();
@@ -128,7 +129,8 @@ TEST_CASE("points go to a device without room in smaller parts") {
     batch.run<1, 1>(
         200'000, [](std::size_t i) { return std::array{static_cast<double>(i)}; },
         [](const device::PointBatch::Part& part) {
-          return std::vector<device::Argument>{part.in, 1, device::narrow(part.items), part.out};
+          return device::PartCall{{part.in, 1, device::narrow(part.items), part.out},
+                                  device::kNotCounted};
         },
         [&](std::size_t i, const std::array<double, 1>& value) {
           CHECK(i == found.size());

@@ -65,7 +65,7 @@ void expect_size(const std::filesystem::path& output, int width, int height, boo
   constexpr int kPair = 2;          // H.264 has colours for pairs of pixels alone
   constexpr int kLeastAv1 = 64;     // SVT-AV1
   constexpr int kMostWebp = 16383;  // 14 bits
-  const std::string type = extension_of(output);
+  const std::string type = base::extension_of(output);
   const int least = type == ".mp4" ? kPair : type == ".webm" && !is_transparent ? kLeastAv1 : 1;
   if (std::min(width, height) < least) {
     throw InputError(
