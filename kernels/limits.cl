@@ -30,6 +30,28 @@ kernel void copy_reals(global const real* from, int vectors, int items, global r
   }
 }
 
+// Each work-item reads its own `vectors` vectors, a multiple of QJ_READS, `rounds` times over: they
+// stay in the nearest cache that holds them. Enough sums to hide the latency of a multiply-add.
+#define QJ_READS 12
+kernel void read_reals(global const real* from, int vectors, int rounds, global real* out) {
+  int item = (int)get_global_id(0);
+  lane factor = lane_of((real)0.5), sums[QJ_READS];
+#pragma unroll
+  for (int c = 0; c < QJ_READS; ++c) sums[c] = lane_of(0);
+  for (int r = 0; r < rounds; ++r) {
+    for (int i = 0; i < vectors; i += QJ_READS) {
+#pragma unroll
+      for (int c = 0; c < QJ_READS; ++c) {
+        sums[c] = fma(sums[c], factor, lane_load(from, item * vectors + i + c));
+      }
+    }
+  }
+  lane sum = lane_of(0);
+#pragma unroll
+  for (int c = 0; c < QJ_READS; ++c) sum += sums[c];
+  out[item] = lane_sum(sum);
+}
+
 kernel void no_work(global real* out) {
   if (get_global_id(0) == 0) out[0] = 0;
 }

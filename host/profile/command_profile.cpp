@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "profile/code_sampler.hpp"
+#include "profile/explain.hpp"
 #include "profile/json_values.hpp"
 #include "profile/limits.hpp"
 #include "profile/roof.hpp"
@@ -114,6 +116,12 @@ std::vector<KernelShare> kernel_shares(const Trace& trace,
     kernel.share_low = found.low;
     kernel.share_high = found.high;
     kernel.share_verdict = found.verdict;
+    if (const auto mix = measure.instructions.find(name); mix != measure.instructions.end()) {
+      kernel.instructions = mix->second;
+    }
+    kernel.limited_by =
+        limited_by(kernel.work, spent, measure.roofs, roof.limit, found.verdict, found.share,
+                   kernel.instructions ? &*kernel.instructions : nullptr);
     kernels.push_back(std::move(kernel));
   }
   std::ranges::stable_sort(kernels, std::greater<>(), &KernelShare::seconds);
@@ -158,6 +166,14 @@ LaunchCounter::LaunchCounter() : impl_(std::make_unique<Impl>()) {}
 LaunchCounter::~LaunchCounter() = default;
 std::map<std::string, KernelWork> LaunchCounter::work() const { return impl_->counter.work(); }
 
+std::string cache_rates(const std::vector<CacheRoof>& caches) {
+  std::string text;
+  for (const CacheRoof& cache : caches) {
+    text += fmt::format(", L{} {:.4g} GB/s", cache.level, 1e-9 * cache.bytes_per_second);
+  }
+  return text;
+}
+
 Roofs measure_roofs(const Device& device) { return measure_roofs(device, worker_clock(device)); }
 
 struct CommandMeter::Impl {
@@ -171,6 +187,7 @@ struct CommandMeter::Impl {
   Pace before;
   std::optional<CpuSampler> sampler;
   std::optional<WaitedShare> waited;
+  std::optional<CodeSampler> code;
 };
 
 CommandMeter::CommandMeter(const Device& device, const std::stop_token& stop)
@@ -178,6 +195,7 @@ CommandMeter::CommandMeter(const Device& device, const std::stop_token& stop)
   if (!impl_->clock) return;
   impl_->sampler.emplace(impl_->clock);
   impl_->waited.emplace(impl_->clock);
+  impl_->code.emplace(impl_->clock);
 }
 
 CommandMeter::~CommandMeter() = default;
@@ -191,6 +209,9 @@ CommandMeasure CommandMeter::finish(Trace::Clock::time_point trace_began) const 
       measure.cpu.push_back({(sample.time - trace_began).count(), sample.seconds});
     }
     measure.waited_share = impl_->waited->so_far();
+    KernelMixes found = impl_->code->mixes();
+    measure.instructions = std::move(found.mixes);
+    measure.no_instructions = std::move(found.problem);
   }
   measure.roofs = measure_roofs(impl_->device, impl_->clock);
   return measure;
@@ -233,7 +254,9 @@ nlohmann::json to_json(const CommandProfile& profile) {
                        {"share_of_limit", or_null(k.share_of_limit)},
                        {"share_low", or_null(k.share_low)},
                        {"share_high", or_null(k.share_high)},
-                       {"share_verdict", or_null(k.share_verdict)}});
+                       {"share_verdict", or_null(k.share_verdict)},
+                       {"instruction_mix", or_null(k.instructions)},
+                       {"limited_by", or_null(k.limited_by)}});
   }
   for (const StageShare& s : profile.stages) {
     stages.push_back({{"stage", s.stage},
@@ -258,7 +281,8 @@ nlohmann::json to_json(const CommandProfile& profile) {
         {"fma_per_cpu_second", positive_or_null(roofs.fma_per_cpu_second)},
         {"fma_per_cpu_second_before", positive_or_null(profile.measure.fma_per_cpu_second_before)},
         {"double_fma_per_cpu_second", positive_or_null(roofs.double_fma_per_cpu_second)},
-        {"bytes_per_cpu_second", positive_or_null(roofs.bytes_per_cpu_second)}}},
+        {"bytes_per_cpu_second", positive_or_null(roofs.bytes_per_cpu_second)},
+        {"caches", to_json(roofs.caches)}}},
       {"waited_share", or_null(profile.measure.waited_share)},
       {"disturbances", profile.disturbances()},
       {"kernels", kernels},
@@ -269,10 +293,10 @@ std::string to_text(const CommandProfile& profile) {
   const Roofs& roofs = profile.measure.roofs;
   std::string text = fmt::format(
       "{:.2f} s, of which a kernel ran for {:.2f} s and the host alone for {:.2f} s\n"
-      "limits: {:.4g} G multiply-adds/s, {:.4g} G in double precision, copy {:.4g} GB/s\n",
+      "limits: {:.4g} G multiply-adds/s, {:.4g} G in double precision, copy {:.4g} GB/s{}\n",
       profile.seconds, profile.device_seconds, profile.seconds - profile.device_seconds,
       1e-9 * roofs.fma_per_second, 1e-9 * roofs.double_fma_per_second,
-      1e-9 * roofs.bytes_per_second);
+      1e-9 * roofs.bytes_per_second, cache_rates(roofs.caches));
   if (roofs.fma_per_cpu_second > 0) {
     text += fmt::format(
         "in a CPU second: {:.4g} G multiply-adds, {:.4g} G in double precision; before the command "
@@ -294,6 +318,7 @@ std::string to_text(const CommandProfile& profile) {
                         k.launches, k.seconds, cpu, 100 * k.share, slots, bytes, share_text(k),
                         k.limit);
   }
+  if (const std::string lines = limit_lines(profile.kernels); !lines.empty()) text += "\n" + lines;
   text += fmt::format("\n{:24} {:>8} {:>9} {:>20}", "stage of the host", "times", "seconds",
                       "with a kernel s");
   for (const StageShare& s : profile.stages) {

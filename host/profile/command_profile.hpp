@@ -13,6 +13,7 @@
 
 #include "qjulia/base/trace.hpp"
 #include "qjulia/device/device.hpp"
+#include "qjulia/profile/instruction_mix.hpp"
 
 namespace qjulia::profiling {
 
@@ -40,6 +41,16 @@ class LaunchCounter {
   std::unique_ptr<Impl> impl_;
 };
 
+/// How fast a CPU reads from a cache, by a kernel whose data just fits there.
+struct CacheRoof {
+  int level = 1;                    ///< 1, 2 or 3
+  double bytes_per_second = 0;      ///< of all processors
+  double bytes_per_cpu_second = 0;  ///< 0 where CPU seconds are not known
+};
+
+/// ", L1 210 GB/s, L2 …"; empty where there are none.
+std::string cache_rates(const std::vector<CacheRoof>& caches);
+
 /// What bounds kernels on a device, measured.
 struct Roofs {
   double fma_per_second = 0;         ///< single precision
@@ -50,6 +61,9 @@ struct Roofs {
   double fma_per_cpu_second = 0;
   double double_fma_per_cpu_second = 0;
   double bytes_per_cpu_second = 0;
+  /// Nearest first. Empty on other devices than CPUs, and where the system does not say how large
+  /// its caches are.
+  std::vector<CacheRoof> caches{};
 };
 Roofs measure_roofs(const Device& device);
 
@@ -68,6 +82,10 @@ struct CommandMeasure {
   std::vector<Cpu> cpu;
   /// The share of their time in which these threads were ready to run and waited for a processor.
   std::optional<double> waited_share;
+  /// Of kernels by name, on CPUs whose driver keeps its machine code as files.
+  std::map<std::string, InstructionMix> instructions;
+  std::string
+      no_instructions;  ///< why there are none, and what to do; empty where nothing is wrong
 };
 
 /// Measures the limits of a command's device and, on CPUs, the CPU time of the threads that run
@@ -104,6 +122,8 @@ struct KernelShare {
   /// The share of the higher and of the lower of the limits before and after the command.
   std::optional<double> share_low, share_high;
   std::string share_verdict;  ///< as in KernelFigures (profile.hpp)
+  std::optional<InstructionMix> instructions;
+  std::string limited_by;  ///< what limits it, in words; empty where nothing is known
 };
 
 /// The host's stages of one name. Stages lie within others.

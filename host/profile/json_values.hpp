@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "profile/command_profile.hpp"
+
 namespace qjulia::profiling {
 
 template <class Number>
@@ -24,6 +26,20 @@ inline nlohmann::json or_null(const std::vector<double>& values) {
 /// A limit, which is 0 where it is not known.
 inline nlohmann::json positive_or_null(double value) {
   return value > 0 ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+inline nlohmann::json to_json(const std::vector<CacheRoof>& caches) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const CacheRoof& cache : caches) {
+    list.push_back({{"level", cache.level},
+                    {"bytes_per_second", cache.bytes_per_second},
+                    {"bytes_per_cpu_second", positive_or_null(cache.bytes_per_cpu_second)}});
+  }
+  return list;
+}
+
+inline nlohmann::json or_null(const std::optional<InstructionMix>& mix) {
+  return mix ? qjulia::to_json(*mix) : nlohmann::json(nullptr);
 }
 
 }  // namespace qjulia::profiling

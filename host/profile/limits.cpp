@@ -1,8 +1,11 @@
 #include "profile/limits.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <vector>
 
 #include "device/context.hpp"
 #include "profile/workload.hpp"
@@ -92,6 +95,56 @@ Pace measure_copy(const Device& device, Precision precision, int repeats,
   return best_of(repeats, [&] { return paced(device, all, clock, copy); });
 }
 
+namespace {
+
+/// Bytes of this host's caches by level, each as large as the system says; 0 where it does not.
+std::array<std::size_t, 3> cache_bytes() {
+  std::array<std::size_t, 3> bytes{};
+#ifdef _SC_LEVEL1_DCACHE_SIZE
+  constexpr std::array kNames{_SC_LEVEL1_DCACHE_SIZE, _SC_LEVEL2_CACHE_SIZE, _SC_LEVEL3_CACHE_SIZE};
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    bytes[i] = static_cast<std::size_t>(std::max(0L, ::sysconf(kNames[i])));
+  }
+#endif
+  return bytes;
+}
+
+}  // namespace
+
+std::vector<CacheRoof> measure_caches(const Device& device, int repeats,
+                                      const WorkerClockPointer& clock) {
+  std::vector<CacheRoof> roofs;
+  if (device.info().kind != DeviceKind::cpu) return roofs;
+  constexpr std::size_t kReads = 12;  // QJ_READS of limits.cl
+  device::Context& context = device.context();
+  const std::size_t units = std::max(1U, device.info().compute_units);
+  const int width = device.info().native_float_lanes > 8 ? 16 : 8;
+  const std::size_t block = kReads * static_cast<std::size_t>(width) * sizeof(float);
+  const std::array<std::size_t, 3> caches = cache_bytes();
+  std::size_t nearer = 0;
+  for (std::size_t level = 0; level < caches.size(); ++level) {
+    // Half of the cache, of which the third level is shared by all processors.
+    const std::size_t own = caches[level] / (level == 2 ? 2 * units : 2) / block * block;
+    if (own <= nearer) continue;
+    nearer = caches[level];
+    constexpr std::size_t kBytesAnItem = std::size_t{1} << 28;
+    const std::size_t rounds = std::max<std::size_t>(32, kBytesAnItem / own);
+    const std::size_t items = 2 * units, vectors = own / (block / kReads);
+    const auto from = context.upload<float>(std::vector<float>(items * own / sizeof(float)));
+    const auto sums = context.allocate_real(items, Precision::single);
+    const double all = static_cast<double>(items) * static_cast<double>(own * rounds);
+    const auto read = [&] {
+      context.launch(context.kernel("limits.cl", "read_reals", {width, Precision::single, {}}),
+                     {{items, 1, 1}, {1, 1, 1}},
+                     {from, device::narrow(vectors), device::narrow(rounds), sums},
+                     device::kNotCounted);
+    };
+    const Pace pace = best_of(repeats, [&] { return paced(device, all, clock, read); });
+    roofs.push_back({static_cast<int>(level) + 1, pace.per_second, pace.per_cpu_second});
+  }
+  return roofs;
+}
+
 DeviceLimits measure_limits(const Device& device, Precision precision, int repeats,
                             const WorkerClockPointer& clock) {
   device::Context& context = device.context();
@@ -127,8 +180,13 @@ Roofs measure_roofs(const Device& device, const WorkerClockPointer& clock) {
   const Pace in_double =
       device.info().has_double ? measure_fma(device, Precision::dbl, kRuns, clock) : Pace();
   const Pace copy = measure_copy(device, Precision::single, kRuns, clock);
-  return {fma.per_second,     in_double.per_second,     copy.per_second,
-          fma.per_cpu_second, in_double.per_cpu_second, copy.per_cpu_second};
+  return {fma.per_second,
+          in_double.per_second,
+          copy.per_second,
+          fma.per_cpu_second,
+          in_double.per_cpu_second,
+          copy.per_cpu_second,
+          measure_caches(device, kRuns, clock)};
 }
 
 }  // namespace qjulia::profiling

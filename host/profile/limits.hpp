@@ -41,6 +41,10 @@ Pace measure_fma(const Device& device, Precision precision, int repeats,
 Pace measure_copy(const Device& device, Precision precision, int repeats,
                   const WorkerClockPointer& clock);
 
+/// Bytes that kernels read from each of a CPU's caches; of the best of `repeats` runs.
+std::vector<CacheRoof> measure_caches(const Device& device, int repeats,
+                                      const WorkerClockPointer& clock);
+
 /// All limits, each of the best of so many runs.
 DeviceLimits measure_limits(const Device& device, Precision precision, int repeats,
                             const WorkerClockPointer& clock);

@@ -14,6 +14,8 @@
 
 #include "base/deadline.hpp"
 #include "base/median.hpp"
+#include "profile/code_sampler.hpp"
+#include "profile/explain.hpp"
 #include "profile/interval.hpp"
 #include "profile/jobs.hpp"
 #include "profile/kernel_counter.hpp"
@@ -68,6 +70,7 @@ class Bench {
         runs.limits.push_back(limit_now_());
       }
       if (events_ != nullptr) count_events(job);
+      if (counter_ != nullptr) sample_code(job);
     } catch (const Interrupted&) {
       if (events_ != nullptr) events_->reset();
       if (monitor_.stop.stop_requested()) throw;
@@ -92,6 +95,25 @@ class Bench {
       job.run(deadline_.token());
       device_.context().finish();
     }
+  }
+
+  /// More runs, until what the kernels are made of has been seen often enough.
+  void sample_code(const Job& job) {
+    if (!clock_) return;
+    constexpr double kCpuSeconds = 0.3;
+    constexpr int kMostRuns = 20;
+    const CodeSampler sampler(clock_);
+    const double before = clock_->seconds();
+    for (int i = 0; i < kMostRuns && clock_->seconds() - before < kCpuSeconds; ++i) {
+      throw_if_stopped(deadline_.token());
+      job.run(deadline_.token());
+      device_.context().finish();
+    }
+    KernelMixes found = sampler.mixes();
+    const bool is_told =
+        std::ranges::find(report_.not_counted, found.problem) != report_.not_counted.end();
+    if (!found.problem.empty() && !is_told) report_.not_counted.push_back(std::move(found.problem));
+    code_ = std::move(found.mixes);
   }
 
   struct Runs {
@@ -167,6 +189,15 @@ class Bench {
     f.share_verdict = found.verdict;
   }
 
+  /// Says what limits one kernel.
+  void explain(const KernelWork& work, const std::vector<Spent>& spent, const Runs& runs,
+               KernelFigures& f) const {
+    if (const auto mix = code_.find(f.kernel); mix != code_.end()) f.instructions = mix->second;
+    f.limited_by =
+        limited_by(work, spent.back(), roofs_at(runs.limits.back()), f.limit, f.share_verdict,
+                   f.share_of_limit, f.instructions ? &*f.instructions : nullptr);
+  }
+
   void add_job(const Job& job, const Runs& runs) {
     std::vector<Spent> spent;
     for (const KernelsRun& run : runs.all) spent.push_back(run.all);
@@ -217,6 +248,7 @@ class Bench {
         if (found->second.bytes > 0) f.memory_bytes = found->second.bytes;
         add_share(found->second, spent, runs, f);
       }
+      explain(work.find(name) != work.end() ? work.at(name) : KernelWork{}, spent, runs, f);
       if (const auto found = counted.find(name); found != counted.end()) {
         f.events = found->second.events;
         f.resources = found->second.resources;
@@ -236,6 +268,7 @@ class Bench {
   WorkCounter* counter_;   ///< null: single kernels are not asked for
   KernelCounter* events_;  ///< null: counters are not asked for
   std::function<Pace()> limit_now_;
+  std::map<std::string, InstructionMix> code_;  ///< of the last job's kernels
   std::set<std::pair<std::string, int>> seen_;
 };
 
@@ -295,6 +328,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   if (by_kernel) watched.emplace(counter);
   const Roofs roofs =
       by_kernel ? measure_roofs(device, clock) : roofs_of(report.limits, options.precision);
+  report.caches = roofs.caches;
   const std::vector<Job> jobs = jobs_of(device, options, report.left_out);
   if (jobs.empty() && !options.kernels.empty()) {
     throw OptionError("kernels", "no job or kernel has such a name; '*' shows all names");

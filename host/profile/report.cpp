@@ -7,6 +7,7 @@
 
 #include "base/median.hpp"
 #include "base/text.hpp"
+#include "profile/explain.hpp"
 #include "profile/interval.hpp"
 #include "profile/json_values.hpp"
 #include "profile/roof.hpp"
@@ -50,6 +51,7 @@ void add_counters(const KernelFigures& f, nlohmann::json& json) {
 }
 
 nlohmann::json to_json(const KernelFigures& f) {
+  const Interval interval = f.run_seconds.empty() ? Interval{} : interval_of_median(f.run_seconds);
   nlohmann::json json{
       {"kernel", f.kernel},
       {"iterations", f.iterations},
@@ -64,6 +66,8 @@ nlohmann::json to_json(const KernelFigures& f) {
       {"min_seconds", f.min_seconds},
       {"max_seconds", f.max_seconds},
       {"spread", f.spread()},
+      {"median_low", interval.low},
+      {"median_high", interval.high},
       {"wall_seconds", f.wall_seconds},
       {"median_cpu_seconds", f.run_cpu_seconds.empty()
                                  ? nlohmann::json(nullptr)
@@ -80,6 +84,8 @@ nlohmann::json to_json(const KernelFigures& f) {
       {"predicted_seconds", or_null(f.predicted_seconds)},
       {"measured_over_predicted", or_null(measured_over_predicted(f))},
       {"limit", or_null(f.limit)},
+      {"instruction_mix", or_null(f.instructions)},
+      {"limited_by", or_null(f.limited_by)},
       {"runs",
        {{"seconds", f.run_seconds},
         {"fma_per_second", f.run_fma_per_second},
@@ -115,6 +121,7 @@ nlohmann::json to_json(const ProfileReport& report) {
             {"bytes_per_second", report.limits.bytes_per_second},
             {"fma_per_cpu_second", positive_or_null(report.limits.fma_per_cpu_second)},
             {"bytes_per_cpu_second", positive_or_null(report.limits.bytes_per_cpu_second)},
+            {"caches", to_json(report.caches)},
             {"launch_seconds", report.limits.launch_seconds}}},
           {"waited_share", or_null(report.waited_share)},
           {"disturbances", report.disturbances()},
@@ -148,6 +155,8 @@ std::string to_csv(const ProfileReport& report) {
   }
   return text;
 }
+
+std::string ProfileReport::what_limits() const { return limit_lines(kernels); }
 
 std::vector<std::string> ProfileReport::disturbances() const {
   std::vector<std::string> signs;

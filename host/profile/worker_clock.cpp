@@ -12,6 +12,15 @@
 #include "profile/process_events.hpp"
 
 namespace qjulia::profiling {
+
+#ifdef __linux__
+clockid_t cpu_clock_of(int thread) {
+  // Linux's number of that clock; pthread_getcpuclockid would need the thread's handle.
+  constexpr unsigned kOfThread = 4, kScheduled = 2;
+  return static_cast<clockid_t>(~static_cast<unsigned>(thread) << 3U | kOfThread | kScheduled);
+}
+#endif
+
 namespace {
 
 double seconds_of(const std::timespec& time) {
@@ -31,12 +40,8 @@ double callers_seconds() {
 #ifdef __linux__
 /// CPU seconds of a thread of this process; none where it has ended.
 std::optional<double> thread_seconds(int thread) {
-  // Linux's number of the clock of a thread; pthread_getcpuclockid would need the thread's handle.
-  constexpr unsigned kOfThread = 4, kScheduled = 2;
-  const auto clock =
-      static_cast<clockid_t>(~static_cast<unsigned>(thread) << 3U | kOfThread | kScheduled);
   std::timespec time{};
-  if (::clock_gettime(clock, &time) != 0) return std::nullopt;
+  if (::clock_gettime(cpu_clock_of(thread), &time) != 0) return std::nullopt;
   return seconds_of(time);
 }
 

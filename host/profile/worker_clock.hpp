@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <ctime>
 #include <functional>
 #include <map>
 #include <memory>
@@ -17,6 +18,11 @@
 
 namespace qjulia::profiling {
 
+#ifdef __linux__
+/// The clock of the CPU time of a thread of this process.
+clockid_t cpu_clock_of(int thread);
+#endif
+
 /// The threads of a driver, and what the system says about them. Threads that start later, such as
 /// the program's own helpers, are not counted.
 class WorkerClock {
@@ -26,6 +32,9 @@ class WorkerClock {
   /// @return null on devices other than CPUs, and where the system does not say what threads use.
   static std::shared_ptr<const WorkerClock> of(const Device& device,
                                                const std::function<void()>& probe);
+
+  /// Their numbers, as the system gives them.
+  const std::vector<int>& threads() const { return threads_; }
 
   /// CPU seconds of all threads so far.
   double seconds() const;

@@ -127,6 +127,12 @@ TEST_CASE("reports of nothing, and of impossible times, are written") {
   CHECK(std::ranges::count(to_csv(empty), '\n') == 1);  // the names of columns
   CHECK(to_json(empty).at("kernels").empty());
   accepts("disturbances", [&] { empty.disturbances(); });
+  CHECK(empty.what_limits().empty());
+  CHECK(to_json(InstructionMix{}).is_object());
+  CHECK(InstructionMix{}.ceiling() == 0);
+  CHECK(InstructionMix{}.slots() == InstructionMix{}.operations());
+  CHECK(cache_rates({}).empty());
+  CHECK_FALSE(cache_rates({{-7, kNan, -kInfinity}}).empty());
   CHECK(to_json(TuneReport{}).is_object());
   CHECK(to_json(SelfTestReport{}).is_object());
   CHECK_FALSE(SelfTestReport{}.has_passed());

@@ -42,12 +42,13 @@ std::string profile_table(const ProfileReport& report) {
       report.kernels, [](const KernelFigures& f) { return f.predicted_seconds.has_value(); });
   std::string text = fmt::format(
       "settings: {}\n"
-      "limits: {:.4g} G multiply-adds/s{}{}, copy {:.4g} GB/s, launch {:.3g} us\n"
+      "limits: {:.4g} G multiply-adds/s{}{}, copy {:.4g} GB/s{}, launch {:.3g} us\n"
       "{:24} n    samples  factors   median s      min s   spread  CPUs   Gpairs/s {:>23}{}",
       report.is_tuned ? "tuned for this device" : "the defaults",
       1e-9 * report.limits.fma_per_second, in_cycles(report), in_cpu_seconds(report),
-      1e-9 * report.limits.bytes_per_second, 1e6 * report.limits.launch_seconds, "kernel",
-      "of limit", has_predictions ? "  predicted s  measured" : "");
+      1e-9 * report.limits.bytes_per_second, cache_rates(report.caches),
+      1e6 * report.limits.launch_seconds, "kernel", "of limit",
+      has_predictions ? "  predicted s  measured" : "");
   for (const KernelFigures& f : report.kernels) {
     const auto processors = f.processors();
     text += fmt::format("\n{:24} {:2} {:10} {:8} {:10.4g} {:10.4g} {:6.1f} % {:>5} {:>10} {:>23}",
@@ -61,7 +62,8 @@ std::string profile_table(const ProfileReport& report) {
                             ? fmt::format("{:.2f} x", f.median_seconds / *f.predicted_seconds)
                             : std::string("-"));
   }
-  return text;
+  const std::string limits = report.what_limits();
+  return limits.empty() ? text : text + "\n" + limits;
 }
 
 std::string counter_table(const ProfileReport& report) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "profile/command_profile.hpp"
 #include "qjulia/base/progress.hpp"
 #include "qjulia/device/device.hpp"
 #include "qjulia/device/kernel_resources.hpp"
@@ -114,6 +115,9 @@ struct KernelFigures {
   std::optional<double> predicted_seconds;
   std::map<std::string, double> events;      ///< those of `kEventNames` that could be counted
   std::optional<KernelResources> resources;  ///< of one kernel, where counters are wanted
+  /// Of one kernel, on CPUs whose driver keeps its machine code as files.
+  std::optional<InstructionMix> instructions;
+  std::string limited_by;  ///< what limits one kernel, in words; empty where nothing is known
 
   /// How far apart the runs lie, over their median: 0 where all took as long.
   double spread() const { return (max_seconds - min_seconds) / median_seconds; }
@@ -133,8 +137,12 @@ struct ProfileReport {
   /// The share of their time in which the threads that run kernels waited for a processor.
   std::optional<double> waited_share;
   bool has_counters = false;             ///< whether they were wanted
+  std::vector<CacheRoof> caches;         ///< where single kernels were measured
   std::vector<std::string> not_counted;  ///< events that cannot be counted here, and why
 
+  /// A line for each single kernel that says what limits it, under a heading; empty where nothing
+  /// is known.
+  std::string what_limits() const;
   /// Signs that other work disturbed the measurement, a sentence each; none on an idle machine.
   std::vector<std::string> disturbances() const;
 };

@@ -143,6 +143,7 @@ void Session::write_profile(double seconds) {
       traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, measure, seconds);
   base::write_file(profile_file_, to_json(profile).dump(2, ' ', true) + "\n");
   console.note(fmt::format("{}\nprofile: {}", to_text(profile), profile_file_));
+  if (!measure.no_instructions.empty()) console.note(measure.no_instructions);
   if (const auto signs = profile.disturbances(); !signs.empty()) console.warn(busy_text(signs));
 }
 

@@ -1,0 +1,134 @@
+#include "profile/code_sampler.hpp"
+
+#include "profile/disassembly.hpp"
+
+#if defined(__linux__) && defined(__x86_64__)
+#include <dlfcn.h>
+#include <ucontext.h>
+
+#include <atomic>
+#include <csignal>
+#include <ctime>
+#include <filesystem>
+#include <vector>
+#endif
+
+namespace qjulia::profiling {
+
+#if defined(__linux__) && defined(__x86_64__)
+namespace {
+
+/// Where threads were, filled by a signal handler, which may neither lock nor allocate.
+struct SampleLog {
+  static constexpr std::size_t kMost = std::size_t{1} << 18;  // two minutes of two processors
+  std::vector<std::uint64_t> addresses = std::vector<std::uint64_t>(kMost);
+  std::atomic<std::size_t> count = 0;
+};
+std::atomic<SampleLog*> filling = nullptr;
+
+void take_sample(int /*signal*/, siginfo_t* /*info*/, void* context) {
+  SampleLog* const log = filling.load();
+  if (log == nullptr) return;
+  const std::size_t at = log->count.fetch_add(1);
+  if (at >= SampleLog::kMost) return;
+  const auto* const interrupted = static_cast<const ucontext_t*>(context);
+  log->addresses[at] = static_cast<std::uint64_t>(interrupted->uc_mcontext.gregs[REG_RIP]);
+}
+
+/// Lets SIGPROF take samples, from now on: a signal that comes late would end the process
+/// otherwise. @return false where the program uses that signal itself.
+bool handle_signal() {
+  struct sigaction now {};
+  ::sigaction(SIGPROF, nullptr, &now);
+  if ((now.sa_flags & SA_SIGINFO) != 0 && now.sa_sigaction == take_sample) return true;
+  if ((now.sa_flags & SA_SIGINFO) != 0 || now.sa_handler != SIG_DFL) return false;
+  struct sigaction action {};
+  action.sa_sigaction = take_sample;
+  action.sa_flags = SA_SIGINFO | SA_RESTART;
+  return ::sigaction(SIGPROF, &action, nullptr) == 0;
+}
+
+/// The kernel whose file this is: PoCL's are …/KERNEL/SIZES/KERNEL.so. Empty for other files.
+std::string kernel_of(const std::filesystem::path& file) {
+  const std::string name = file.stem().string();
+  const bool is_kernel =
+      file.extension() == ".so" && file.parent_path().parent_path().filename().string() == name;
+  return is_kernel ? name : std::string();
+}
+
+}  // namespace
+
+struct CodeSampler::Impl {
+  SampleLog log;
+  std::vector<timer_t> timers;
+
+  explicit Impl(const std::vector<int>& threads) {
+    SampleLog* none = nullptr;
+    if (!filling.compare_exchange_strong(none, &log)) return;
+    for (const int thread : threads) {
+      sigevent event{};
+      event.sigev_notify = SIGEV_THREAD_ID;
+      event.sigev_signo = SIGPROF;
+      event._sigev_un._tid = thread;
+      timer_t timer{};
+      if (::timer_create(cpu_clock_of(thread), &event, &timer) != 0) continue;
+      timers.push_back(timer);
+      constexpr long kPeriod = 997'000;  // nanoseconds of CPU time, in step with nothing else
+      const itimerspec every{{0, kPeriod}, {0, kPeriod}};
+      ::timer_settime(timer, 0, &every, nullptr);
+    }
+  }
+  ~Impl() {
+    for (timer_t timer : timers) ::timer_delete(timer);
+    SampleLog* own = &log;
+    filling.compare_exchange_strong(own, nullptr);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+};
+
+CodeSampler::CodeSampler(const std::shared_ptr<const WorkerClock>& clock) {
+  if (clock && handle_signal()) impl_ = std::make_unique<Impl>(clock->threads());
+}
+
+KernelMixes CodeSampler::mixes() const {
+  if (!impl_) return {};
+  std::map<std::string, AddressCounts> by_file;
+  const std::size_t count = std::min(impl_->log.count.load(), SampleLog::kMost);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t address = impl_->log.addresses[i];
+    Dl_info library{};
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): an address is what the system's call takes
+    if (::dladdr(reinterpret_cast<const void*>(address), &library) == 0) continue;
+    if (library.dli_fname == nullptr || kernel_of(library.dli_fname).empty()) continue;
+    ++by_file[library.dli_fname][address - reinterpret_cast<std::uint64_t>(library.dli_fbase)];
+  }
+  KernelMixes found;
+  constexpr std::size_t kFewest = 8;
+  for (const auto& [file, samples] : by_file) {
+    std::size_t all = 0;
+    for (const auto& [address, times] : samples) all += times;
+    // Of several builds of a kernel, the one that took most of the time.
+    const std::string kernel = kernel_of(file);
+    const auto other = found.mixes.find(kernel);
+    if (all < kFewest || (other != found.mixes.end() && other->second.samples >= all)) continue;
+    Disassembly code = disassembled(file);
+    if (!code.problem.empty()) {
+      found.problem = std::move(code.problem);
+      break;
+    }
+    if (const auto mix = instruction_mix(code.text, samples)) {
+      found.mixes.insert_or_assign(kernel, *mix);
+    }
+  }
+  return found;
+}
+#else
+struct CodeSampler::Impl {};
+CodeSampler::CodeSampler(const std::shared_ptr<const WorkerClock>& /*clock*/) {}
+KernelMixes CodeSampler::mixes() const { return {}; }
+#endif
+
+CodeSampler::~CodeSampler() = default;
+
+}  // namespace qjulia::profiling

@@ -1,0 +1,37 @@
+#pragma once
+/// Where in compiled kernels the threads of a CPU's driver are, sampled by their CPU time.
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "profile/worker_clock.hpp"
+#include "qjulia/profile/instruction_mix.hpp"
+
+namespace qjulia::profiling {
+
+/// The mixes of kernels, by name.
+struct KernelMixes {
+  std::map<std::string, InstructionMix> mixes;
+  std::string problem;  ///< why there are none, and what to do; empty where there are some
+};
+
+/// Samples while it lives. One at a time samples; a second one finds nothing.
+class CodeSampler {
+ public:
+  /// @param clock of the threads; null: nothing is sampled.
+  explicit CodeSampler(const std::shared_ptr<const WorkerClock>& clock);
+  ~CodeSampler();
+  CodeSampler(const CodeSampler&) = delete;
+  CodeSampler& operator=(const CodeSampler&) = delete;
+
+  /// Of kernels that the driver keeps as files of machine code, as PoCL does, and that were seen
+  /// often enough.
+  KernelMixes mixes() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;  ///< null: it does not sample
+};
+
+}  // namespace qjulia::profiling

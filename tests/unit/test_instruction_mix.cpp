@@ -1,0 +1,129 @@
+/// What machine code is made of, and what that says of a kernel's limit.
+
+#include <catch2/catch_all.hpp>
+#include <cstdlib>
+#include <filesystem>
+
+#include "profile/disassembly.hpp"
+#include "profile/explain.hpp"
+
+using namespace qjulia;
+using namespace qjulia::profiling;
+using Catch::Matchers::ContainsSubstring;
+
+namespace {
+
+/// As objdump prints it: a loop from 20 to 50 about another from 30 to 40.
+constexpr const char* kCode =
+    "kernel.so:     file format elf64-x86-64\n"
+    "\n"
+    "0000000000000010 <kernel>:\n"
+    "  10:\tvmovups (%rdi),%zmm0\n"
+    "  18:\tvxorps %xmm1,%xmm1,%xmm1\n"
+    "  20:\tvaddps %zmm0,%zmm1,%zmm2\n"
+    "  30:\tvmovups (%rdx,%rax,4),%zmm3\n"
+    "  31:\tvbroadcastss 0x4(%rcx),%zmm4\n"
+    "  32:\tvfmadd231ps %zmm3,%zmm4,%zmm1\n"
+    "  33:\tvfmadd213ps 0x40(%rsp),%zmm4,%zmm2\n"
+    "  34:\tvmulps 0x8(%rsi){1to16},%zmm1,%zmm5\n"
+    "  35:\tvminps %zmm5,%zmm1,%zmm5\n"
+    "  36:\tvmovaps %zmm5,%zmm6\n"
+    "  37:\tvmovups %zmm5,0x80(%rsp)\n"
+    "  38:\tvmovups %ymm5,(%r8){%k1}\n"
+    "  39:\tvdivps %xmm5,%xmm1,%xmm5\n"
+    "  3a:\tadd    $0x40,%rax\n"
+    "  40:\tjne    30 <kernel+0x20>\n"
+    "  50:\tjne    20 <kernel+0x10>\n"
+    "  58:\tvmulss %xmm0,%xmm0,%xmm0\n"
+    "  5c:\tret\n";
+
+InstructionMix mix_of(const AddressCounts& samples) {
+  const auto mix = instruction_mix(kCode, samples);
+  REQUIRE(mix);
+  return *mix;
+}
+
+/// Two loads a multiply-add of single precision: 8 bytes for each.
+Roofs roofs() {
+  Roofs made;
+  made.fma_per_second = made.fma_per_cpu_second = 1e11;
+  made.bytes_per_second = made.bytes_per_cpu_second = 1e10;
+  made.caches = {{1, 8e11, 8e11}, {2, 4e11, 4e11}, {3, 5e10, 5e10}};
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("the innermost loop with most samples is counted") {
+  const InstructionMix mix = mix_of({{0x18, 5}, {0x20, 15}, {0x32, 50}, {0x39, 30}, {0x99, 77}});
+  CHECK(mix.samples == 100);
+  CHECK(mix.time_share == 0.8);
+  CHECK(mix.multiply_adds == 2);
+  CHECK(mix.multiplications == 1);
+  CHECK(mix.divisions == 1);
+  CHECK(mix.others == 1);
+  CHECK(mix.loads == 4);
+  CHECK(mix.stores == 2);
+  CHECK(mix.spills == 2);
+  CHECK(mix.slot_bytes == 3 * 64 + 16);
+  CHECK(mix.data_bytes == 64 + 4 + 4 + 32);
+  CHECK(mix.ceiling() == 0.8);
+}
+
+TEST_CASE("an outer loop is counted without the inner one, and a kernel without loops whole") {
+  const InstructionMix outer = mix_of({{0x20, 9}, {0x32, 1}});
+  CHECK(outer.others == 1);
+  CHECK(outer.operations() == 1);
+  CHECK(outer.time_share == 0.9);
+  const InstructionMix all = mix_of({{0x58, 3}});
+  CHECK(all.multiply_adds == 2);
+  CHECK(all.multiplications == 2);
+  CHECK(all.others == 3);
+  CHECK_FALSE(instruction_mix(kCode, {{0x99, 1}}));
+  CHECK_FALSE(instruction_mix("", {{0x10, 1}}));
+}
+
+TEST_CASE("a file that objdump cannot read says so, and so does a missing objdump") {
+  CHECK_THAT(disassembled("/no/such/file.so").problem, ContainsSubstring("objdump"));
+}
+
+TEST_CASE("what limits a kernel is named with its ceiling") {
+  InstructionMix mix;
+  mix.multiply_adds = 13;
+  mix.others = 10;
+  mix.loads = 5;
+  mix.slot_bytes = 13 * 64;
+  mix.data_bytes = 5 * 64;
+  mix.time_share = 0.97;
+  KernelWork work;
+  work.slots = 1e9;
+  const Spent spent{0.02, 0.02};
+  const auto said = [&](double share) {
+    return limited_by(work, spent, roofs(), "fma", "judged", share, &mix);
+  };
+  CHECK(said(0.55) ==
+        "vector operations: 13 of 23 vector operations are multiply-adds, multiplications or "
+        "divisions, so the ceiling is 57 %; 55 % is reached; a loop of 97 % of its time, with 5 "
+        "loads and 0 stores");
+  // 208 multiply-adds take 2.08 ns; 320 bytes take 0.8 ns of L2, 6.4 of L3 and 32 of memory.
+  CHECK_THAT(said(0.3), ContainsSubstring("waiting, for data or earlier results") &&
+                            ContainsSubstring("100 % from L2, 32 % from L3, 6 % from memory"));
+  CHECK_THAT(said(0.9), ContainsSubstring("slots count besides"));
+  mix.loads = 50;  // 2 loads a multiply-add: 13 take as long as 26 loads
+  CHECK(load_ceiling(mix, roofs(), false) == Catch::Approx(0.52));
+  CHECK_THAT(said(0.5), ContainsSubstring("loads and stores: 13 of 23") &&
+                            ContainsSubstring("the ceiling is 52 % for its loads and stores"));
+  CHECK(limited_by(work, spent, roofs(), "fma", "judged", 0.5, nullptr).empty());
+  CHECK_THAT(limited_by(work, spent, roofs(), "fma", "not now", {}, &mix),
+             ContainsSubstring("cannot be judged now"));
+}
+
+TEST_CASE("data that stays in a cache is told from memory's") {
+  KernelWork work;
+  work.bytes = 8e8;
+  const Spent spent{0.02, 0.04};
+  CHECK(limited_by(work, spent, roofs(), "memory", "cached", {}, nullptr) ==
+        "caches: 40 GB/s of its data, which is 80 % of what L3 gives");
+  CHECK_THAT(limited_by(work, spent, roofs(), "memory", "judged", 0.9, nullptr),
+             ContainsSubstring("memory: 90 % of the copy's bandwidth"));
+}
