@@ -203,6 +203,9 @@ UNSEEN = {
     "profile measure --time-limit": "there is time for all",
     "profile measure --factors": "the map's are measured",
     "profile measure --seed": "times do not depend on it",
+    "profile measure --export": "system.profile_formats reads what it prints",
+    "profile grid --export": "system.profile_formats reads what it prints",
+    "profile tune --export": "system.profile_formats reads what it prints",
     "profile grid --seed": "its report does not have it",
     "profile grid --factors": "its report does not have it",
     "profile tune --seed": "its report does not have it",
@@ -393,11 +396,12 @@ RUNS = {
     "profile measure": [
         Run("f.qjulia.json MESH", {**KERNELS, "--lane-width": "8", "--iterations": "2", "--precision": "double",
                                    "--time-limit": "60", "--counters": None,
-                                   "--csv": "p.csv", "--plot": "p.png"},
+                                   "--host-name": None, "--csv": "p.csv", "--plot": "p.png"},
             {"--repeats": lambda done, value: len(next(values_of("runs", done.json))["seconds"]) == 2,
              "--kernels": lambda done, value: {row["kernel"] for row in done.json["kernels"]} == {"energy"},
              "--counters": lambda done, value: (next(values_of("page_faults", done.json)) is not None
                                                 or "not counted: " in done.err),
+             "--host-name": lambda done, value: done.json["made"]["host"],
              "--csv": makes("p.csv"), "--plot": makes("p.png")}, keep="p.json"),
         # One kernel is a billion times slower than the baseline's; the other is as fast, but for other programs' load.
         Run("f.qjulia.json MESH", {**KERNELS, "--precision": "double", "--lane-width": "8", "--iterations": "2",
@@ -421,12 +425,15 @@ RUNS = {
     "profile scaling": [
         Run("", {"--csv": "s.csv", "--precision": "single"}, {"--csv": makes("s.csv")}, slow=True)],
     "profile tune": [
-        Run("f.qjulia.json MESH", {"--repeats": "1"}, {"--repeats": lambda done, value: done.json["trials"]}, slow=True),
+        Run("f.qjulia.json MESH", {"--repeats": "1", "--host-name": None},
+            {"--repeats": lambda done, value: done.json["trials"],
+             "--host-name": lambda done, value: done.json["made"]["host"]}, slow=True),
     ],
     "profile grid": [
         Run("panel_block=32", {"--sample-points": "500", "--map": "f.qjulia.json", "--mesh": "MESH", "--csv": "g.csv",
-                               "--precision": "single"},
+                               "--precision": "single", "--host-name": None},
             {"--csv": makes("g.csv"),
+             "--host-name": lambda done, value: done.json["made"]["host"],
              "--map": lambda done, value: done.json["times"][0]["tuning"]["panel_block"] == 32,
              "--mesh": lambda done, value: done.json["times"],
              "--sample-points": lambda done, value: done.json["times"][0]["samples"] == 500}),

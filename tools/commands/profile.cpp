@@ -1,8 +1,15 @@
 /// qjulia profile: how fast the kernels run, against the device's own limits.
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "base/text.hpp"
 #include "commands/profile_commands.hpp"
+#include "describe/files.hpp"
 #include "describe/setting_option.hpp"
+#include "qjulia/base/error.hpp"
 #include "qjulia/profile/profile_settings.hpp"
 
 namespace qjulia::tools {
@@ -39,6 +46,22 @@ void add_kernels(Command command, MeasuredArguments& arguments) {
       "'energy*,gauss*'. '*' is every kernel, also without a map");
 }
 
+void add_export(Command command, MeasuredArguments& arguments,
+                const std::vector<std::string>& formats) {
+  command.word(
+      "--export", fmt::format("{}", fmt::join(formats, "|")),
+      [&arguments, &formats](const std::string& text) {
+        if (std::ranges::find(formats, text) == formats.end()) {
+          throw InputError(
+              fmt::format("'{}' is no format; give {}", text, fmt::join(formats, ", ")));
+        }
+        arguments.format = text;
+      },
+      "Print the figures in this format in place of the table");
+  command.flag("--host-name", arguments.with_host,
+               "Say this host's name in the report, beside program, device, load and date");
+}
+
 std::vector<std::filesystem::path> inputs_of(const MeasuredArguments& arguments) {
   std::vector<std::filesystem::path> files;
   for (const std::string& file : {arguments.map, arguments.mesh}) {
@@ -68,7 +91,6 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
                      {{"--tune", "tune"},
                       {"--scaling", "scaling"},
                       {"--grid", "grid"},
-                      {"--export", "export"},
                       {"--import", "import"},
                       {"--against", "against"}}});
   for (const auto add :

@@ -26,7 +26,13 @@ struct MeasuredArguments {
   std::string map, mesh;  ///< files; empty: made up
   std::string kernels;    ///< patterns with commas between them; empty: not chosen
   TrustedDevice device;
+  std::string format;      ///< in place of the table; empty: none
+  bool with_host = false;  ///< the report says the host's name
 };
+
+/// --export, with these words for formats, and --host-name.
+void add_export(Command command, MeasuredArguments& arguments,
+                const std::vector<std::string>& formats);
 
 /// The settings of these names, and the options of a device.
 void add_measured(Command command, MeasuredArguments& arguments,

@@ -7,10 +7,12 @@
 
 #include "base/output_file.hpp"
 #include "commands/profile_commands.hpp"
+#include "commands/profile_formats.hpp"
 #include "commands/profile_tables.hpp"
 #include "describe/files.hpp"
 #include "describe/provenance.hpp"
 #include "describe/setting_option.hpp"
+#include "jobs/run_facts.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/profile/profile_settings.hpp"
 #include "report/roofline.hpp"
@@ -22,13 +24,6 @@ struct MeasureArguments : MeasuredArguments {
   std::string baseline, plot, csv;
   double tolerance = 0.2;
 };
-
-/// What made the picture, for its text chunk.
-std::string made_by(const ProfileReport& report) {
-  nlohmann::json json = to_json(report);
-  json["program"] = program_name();
-  return one_line(json);
-}
 
 void check_files(const MeasureArguments& arguments, Session& session) {
   std::vector<std::filesystem::path> inputs = inputs_of(arguments);
@@ -47,14 +42,17 @@ int run_measure(const MeasureArguments& arguments, Session& session) {
   if (!arguments.baseline.empty()) baseline = read_report(arguments.baseline, "--baseline");
   const Device device = session.open_device(arguments.device);
   const ProfileReport report = profile(device, options, session.monitor());
+  nlohmann::json json = to_json(report);
+  json["made"] = run_facts(session.job(), arguments.with_host);
   if (!arguments.plot.empty()) {
     write_png(report::draw_plot(report::roofline(report)), arguments.plot,
-              {{"qjulia", made_by(report)}});
+              {{"qjulia", one_line(json)}});
   }
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
   std::string table = profile_table(report);
   if (report.has_counters) table += '\n' + counter_table(report);
-  session.console.result(table, to_json(report));
+  session.console.result(
+      arguments.format.empty() ? table : exported_profile(json, table, arguments.format), json);
   for (const std::string& line : report.left_out) session.console.note("not measured: " + line);
   for (const std::string& line : report.not_counted) session.console.note("not counted: " + line);
   if (const auto signs = report.disturbances(); !signs.empty()) {
@@ -88,6 +86,7 @@ void describe_measure(Command command, MeasureArguments& a) {
   command
       .file("--csv", a.csv, "FILE.csv", "Also write the figures as a table, a line for each kernel")
       .offers_files({".csv"});
+  add_export(command, a, kProfileFormats);
   add_measured(command, a, kSettingsOfMeasuring);
 }
 
@@ -103,6 +102,7 @@ void add_profile_measure(CommandLine& program, ChosenCommand& chosen) {
   qjulia profile measure --counters --kernels 'gauss*'
   qjulia profile measure --plot roofline.png
   qjulia profile measure --csv kernels.csv
+  qjulia profile measure --export pasteable        for an issue
 A pair is one factor at one sample for one iterate. The share of the limit compares a
 kernel's slots (multiply-adds, multiplications and divisions in its source, one each) with
 the measured peak multiply-add rate of the device's widest vectors, or with an m the bytes
@@ -113,7 +113,9 @@ the runs; in parentheses is its 90 % confidence interval (with fewer than five -
 range of the runs). "not now" means that the machine is too busy to judge the share, "cached"
 that data stayed in a cache, and "ends early" that less work may have been done than was counted.
 On GPUs the predicted time is what the compiled kernel's instructions and its memory traffic
-take at these limits. Single kernels are indented: their time is a part of the job's. Times
+take at these limits. Where single kernels are measured, a line for each says what limits it: of
+kernels on x86-64 CPUs the loop that takes most of its time, as objdump shows it, and the share of
+the limit that its instructions, loads and data allow. Single kernels are indented: their time is a part of the job's. Times
 are from the device's own clock. The spread is the longest run minus the shortest, over the
 median. A warning is printed if the machine was not idle.)"},
               describe_measure, run_measure);

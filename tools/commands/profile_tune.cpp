@@ -8,9 +8,11 @@
 #include "base/output_file.hpp"
 #include "base/text.hpp"
 #include "commands/profile_commands.hpp"
+#include "commands/profile_formats.hpp"
 #include "commands/profile_tables.hpp"
 #include "console/failure.hpp"
 #include "describe/files.hpp"
+#include "jobs/run_facts.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/device/tuning_cache.hpp"
 #include "qjulia/profile/tune.hpp"
@@ -47,7 +49,10 @@ int run_tune(const MeasuredArguments& arguments, Session& session) {
   }
   nlohmann::json json = to_json(report);
   json["file"] = file;
-  session.console.result(profile_table(report, file), json);
+  json["made"] = run_facts(session.job(), arguments.with_host);
+  session.console.result(arguments.format.empty() ? profile_table(report, file)
+                                                  : exported_tuning(json, arguments.format),
+                         json);
   if (!report.disturbances.empty()) {
     session.console.warn(fmt::format("the machine was busy: {}; tune on an idle machine",
                                      fmt::join(report.disturbances, "; ")));
@@ -63,12 +68,17 @@ int run_grid(const GridArguments& arguments, Session& session) {
   const Device device = session.open_device(arguments.device);
   const GridReport report = measure_grid(device, options, arguments.grid, session.monitor());
   if (!arguments.csv.empty()) base::write_file(arguments.csv, to_csv(report));
-  session.console.result(profile_table(report), to_json(report));
+  nlohmann::json json = to_json(report);
+  json["made"] = run_facts(session.job(), arguments.with_host);
+  session.console.result(
+      arguments.format.empty() ? profile_table(report) : exported_tuning(json, arguments.format),
+      json);
   return kDone;
 }
 
 void describe_tune(Command command, MeasuredArguments& a) {
   add_measured_files(command, a);
+  add_export(command, a, kTuningFormats);
   add_measured(command, a, kSettingsOfTuning);
 }
 
@@ -86,6 +96,7 @@ void describe_grid(Command command, GridArguments& a) {
       .file("--csv", a.csv, "FILE.csv",
             "Also write the figures as a table, a line for each combination and job")
       .offers_files({".csv"});
+  add_export(command, a, kTuningFormats);
   add_measured(command, a, kSettingsOfTuning);
 }
 
@@ -113,6 +124,7 @@ void add_profile_grid(CommandLine& program, ChosenCommand& chosen) {
                R"(Examples:
   qjulia profile grid lane_width=1,8,16
   qjulia profile grid lane_width=8,16 panel_block=32,64 --csv all.csv
+  qjulia profile grid lane_width=8,16 --export t4 > results.json    as Kernel Tuner writes them
 Settings that are not named are the device's own.)"},
               describe_grid, run_grid);
 }

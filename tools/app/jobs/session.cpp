@@ -15,6 +15,7 @@
 #include "describe/files.hpp"
 #include "describe/provenance.hpp"
 #include "jobs/check_process.hpp"
+#include "jobs/run_facts.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/check/self_test.hpp"
 #include "qjulia/device/tuning_cache.hpp"
@@ -141,7 +142,9 @@ void Session::write_profile(double seconds) {
       meter_ ? meter_->finish(start_) : profiling::CommandMeasure{};
   const profiling::CommandProfile profile = profiling::command_profile(
       traced_ ? traced_->info() : DeviceInfo{}, *trace_, work, measure, seconds);
-  base::write_file(profile_file_, to_json(profile).dump(2, ' ', true) + "\n");
+  nlohmann::json json = to_json(profile);
+  json["made"] = run_facts(job_, /*with_host=*/false);
+  base::write_file(profile_file_, json.dump(2, ' ', true) + "\n");
   console.note(fmt::format("{}\nprofile: {}", to_text(profile), profile_file_));
   if (!measure.no_instructions.empty()) console.note(measure.no_instructions);
   if (const auto signs = profile.disturbances(); !signs.empty()) console.warn(busy_text(signs));

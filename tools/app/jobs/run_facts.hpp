@@ -1,0 +1,21 @@
+#pragma once
+/// Where and by which program a profile was measured.
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "describe/job.hpp"
+
+namespace qjulia::tools {
+
+/// The commit at which it was configured; empty where that is not known.
+std::string build_commit();
+
+/// The compiler, its version, the build's type and flags.
+std::string build_flags();
+
+/// Program, version, commit, build, UTC date, load average and the job with the hashes of its
+/// inputs. @param with_host the host's name too.
+nlohmann::json run_facts(const Job& job, bool with_host);
+
+}  // namespace qjulia::tools
