@@ -166,14 +166,6 @@ LaunchCounter::LaunchCounter() : impl_(std::make_unique<Impl>()) {}
 LaunchCounter::~LaunchCounter() = default;
 std::map<std::string, KernelWork> LaunchCounter::work() const { return impl_->counter.work(); }
 
-std::string cache_rates(const std::vector<CacheRoof>& caches) {
-  std::string text;
-  for (const CacheRoof& cache : caches) {
-    text += fmt::format(", L{} {:.4g} GB/s", cache.level, 1e-9 * cache.bytes_per_second);
-  }
-  return text;
-}
-
 Roofs measure_roofs(const Device& device) { return measure_roofs(device, worker_clock(device)); }
 
 struct CommandMeter::Impl {
@@ -329,3 +321,15 @@ std::string to_text(const CommandProfile& profile) {
 }
 
 }  // namespace qjulia::profiling
+
+namespace qjulia {
+
+std::string cache_rates(const std::vector<CacheRoof>& caches) {
+  std::string text;
+  for (const CacheRoof& cache : caches) {
+    text += fmt::format(", L{} {:.4g} GB/s", cache.level, 1e-9 * cache.bytes_per_second);
+  }
+  return text;
+}
+
+}  // namespace qjulia

@@ -13,6 +13,7 @@
 
 #include "qjulia/base/trace.hpp"
 #include "qjulia/device/device.hpp"
+#include "qjulia/profile/cache_roof.hpp"
 #include "qjulia/profile/instruction_mix.hpp"
 
 namespace qjulia::profiling {
@@ -40,16 +41,6 @@ class LaunchCounter {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// How fast a CPU reads from a cache, by a kernel whose data just fits there.
-struct CacheRoof {
-  int level = 1;                    ///< 1, 2 or 3
-  double bytes_per_second = 0;      ///< of all processors
-  double bytes_per_cpu_second = 0;  ///< 0 where CPU seconds are not known
-};
-
-/// ", L1 210 GB/s, L2 …"; empty where there are none.
-std::string cache_rates(const std::vector<CacheRoof>& caches);
 
 /// What bounds kernels on a device, measured.
 struct Roofs {

@@ -9,12 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "profile/command_profile.hpp"
 #include "qjulia/base/progress.hpp"
 #include "qjulia/device/device.hpp"
 #include "qjulia/device/kernel_resources.hpp"
 #include "qjulia/map/map.hpp"
 #include "qjulia/mesh/mesh.hpp"
+#include "qjulia/profile/cache_roof.hpp"
+#include "qjulia/profile/instruction_mix.hpp"
 
 namespace qjulia {
 
