@@ -290,7 +290,8 @@ class DeviceEvaluator final : public Evaluator {
   /// The work of kernels that fill rows with sums over samples.
   device::LaunchWork sums_work(std::size_t rows, double slots) const {
     device::LaunchWork work = sample_work(slots, cost::kPotentialGradientReals);
-    work.reals += static_cast<double>(rows * QJ_GRADIENT_COLUMNS(factors_));
+    const std::size_t columns = QJ_GRADIENT_COLUMNS(factors_);
+    work.reals += static_cast<double>(rows * columns);
     return work;
   }
   /// The work of kernels that fill the panels of `blocks` matrices of this order, each for `count`

@@ -40,7 +40,7 @@ device::LaunchWork sight_work(int receivers, int lamps, double reals) {
   constexpr double kSight = 3 * 3 + 3 + 3;
   const double count = receivers;
   return {count * lamps * kSight, count * (QJ_RECEIVER_SIZE + reals),
-          /*at_most=*/true};
+          /*is_at_most=*/true};
 }
 
 device::LaunchWork normals_work(int columns, int rows) {

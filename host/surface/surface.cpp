@@ -159,7 +159,7 @@ class Mesher {
 };
 
 /// A slab whose values are being evaluated.
-struct Evaluation {
+struct SlabEvaluation {
   Slab slab;
   std::future<std::vector<float>> values;
 };
@@ -182,7 +182,7 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
     return values;
   };
   const auto start = std::chrono::steady_clock::now();
-  std::deque<Evaluation> under_way;
+  std::deque<SlabEvaluation> under_way;
   std::vector<float> spare;  // the next slab's values: clearing new memory takes time
   int meshed = 0;
   const auto mesh_first = [&] {
