@@ -1,16 +1,21 @@
-# qjulia_room(NAME SOURCES FILE… [LINKS ROOM…] [SEES ROOM…] [USES LIBRARY…]): this folder as the object library
-# qjulia_NAME. `#include "NAME/x.hpp"` finds its headers in the room itself and in rooms that link to
-# it, directly or not, and nowhere else: an include against the link lines does not compile. Of rooms that
-# it SEES it finds the headers too, but not those of rooms that these link to.
+# qjulia_room(NAME [EXCEPT FILE…] [SOURCES FILE…] [LINKS ROOM…] [SEES ROOM…] [USES LIBRARY…]): this folder as
+# the object library qjulia_NAME, of its .cpp files but those EXCEPTed, and of further SOURCES. The room
+# itself and the rooms that link to it, directly or not, find its headers as "NAME/x.hpp", and no other room does:
+# an include against the link lines does not compile. Of a room that it SEES it finds the headers too, but not
+# those of the rooms that this one links to.
 function(qjulia_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;LINKS;SEES;USES" ${ARGN})
+  cmake_parse_arguments(ROOM "" "" "EXCEPT;SOURCES;LINKS;SEES;USES" ${ARGN})
   set(target qjulia_${name})
   set(root ${PROJECT_BINARY_DIR}/rooms/${name})
   file(MAKE_DIRECTORY ${root})
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${root}/${name} SYMBOLIC)
   list(TRANSFORM ROOM_LINKS PREPEND qjulia_)
 
-  add_library(${target} OBJECT ${ROOM_SOURCES})
+  file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.cpp)
+  if(ROOM_EXCEPT)
+    list(REMOVE_ITEM sources ${ROOM_EXCEPT})
+  endif()
+  add_library(${target} OBJECT ${sources} ${ROOM_SOURCES})
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   list(TRANSFORM ROOM_SEES PREPEND ${PROJECT_BINARY_DIR}/rooms/)
   target_include_directories(${target} PUBLIC ${root} ${ROOM_SEES})

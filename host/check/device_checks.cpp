@@ -37,7 +37,7 @@ double reduced(const Device& device, Precision precision) {
   return largest_difference(found, right);
 }
 
-/// Copied reals, and a sum of chains of multiply-adds.
+/// Copied reals, and sums of chains of multiply-adds, of constants and of what is read.
 double limits(const Device& device, Precision precision) {
   device::Context& context = device.context();
   const int width = device.lane_width(precision);
@@ -63,7 +63,27 @@ double limits(const Device& device, Precision precision) {
   context.launch(kernel("copy_reals"), {{3, 1, 1}},
                  {context.upload_real(numbers, precision), 2, 3, to}, device::kNotCounted);
   context.read(to, copied);
-  return larger_error(largest_difference(found, {right}), largest_difference(copied, numbers));
+  constexpr int kReadRounds = 2, kReads = 12, kTurns = 2;
+  std::vector<double> read(static_cast<std::size_t>(width) * kReads * kTurns), halved(1);
+  for (std::size_t i = 0; i < read.size(); ++i) read[i] = static_cast<double>(i % 7);
+  context.launch(kernel("read_reals"), {{1, 1, 1}, {1, 1, 1}},
+                 {context.upload_real(read, precision), kReads * kTurns, kReadRounds, sums},
+                 device::kNotCounted);
+  context.read(sums, halved);
+  // A sum for each lane and each of kReads chains.
+  const std::size_t chains = read.size() / kTurns;
+  double of_read = 0;
+  for (std::size_t c = 0; c < chains; ++c) {
+    double chain = 0;
+    for (int turn = 0; turn < kReadRounds * kTurns; ++turn) {
+      chain = chain / 2 + read[c + (turn % kTurns == 0 ? 0 : chains)];
+    }
+    of_read += chain;
+  }
+  double worst =
+      larger_error(largest_difference(found, {right}), largest_difference(copied, numbers));
+  worst = larger_error(worst, largest_difference(halved, {of_read}));
+  return worst;
 }
 
 double lane_math(const Device& device, Precision precision) {

@@ -104,10 +104,12 @@ void read(const Object& map, const char* key, Kind& kind) {
       read(object, name, leaf);
     }
   });
-  try {
-    kind.validate();
-  } catch (const InputError& error) {
-    object.refuse(fmt::format("is wrong: {}", error.what()));
+  if constexpr (requires { kind.validate(); }) {
+    try {
+      kind.validate();
+    } catch (const InputError& error) {
+      object.refuse(fmt::format("is wrong: {}", error.what()));
+    }
   }
 }
 

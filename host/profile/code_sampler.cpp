@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 #include <ucontext.h>
 
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <ctime>
@@ -18,21 +19,21 @@ namespace qjulia::profiling {
 #if defined(__linux__) && defined(__x86_64__)
 namespace {
 
-/// Where threads were, filled by a signal handler, which may neither lock nor allocate.
+/// Where threads were, filled by a signal handler, which may neither lock nor allocate. There is
+/// one, for as long as the program runs: a handler may be late.
 struct SampleLog {
-  static constexpr std::size_t kMost = std::size_t{1} << 18;  // two minutes of two processors
-  std::vector<std::uint64_t> addresses = std::vector<std::uint64_t>(kMost);
+  static constexpr std::size_t kMost = std::size_t{1} << 18;  // two minutes
+  std::array<std::atomic<std::uint64_t>, kMost> addresses{};
   std::atomic<std::size_t> count = 0;
+  std::atomic<bool> is_in_use = false;  ///< by a sampler
 };
-std::atomic<SampleLog*> filling = nullptr;
+SampleLog samples_taken;
 
 void take_sample(int /*signal*/, siginfo_t* /*info*/, void* context) {
-  SampleLog* const log = filling.load();
-  if (log == nullptr) return;
-  const std::size_t at = log->count.fetch_add(1);
+  const std::size_t at = samples_taken.count.fetch_add(1);
   if (at >= SampleLog::kMost) return;
   const auto* const interrupted = static_cast<const ucontext_t*>(context);
-  log->addresses[at] = static_cast<std::uint64_t>(interrupted->uc_mcontext.gregs[REG_RIP]);
+  samples_taken.addresses[at] = static_cast<std::uint64_t>(interrupted->uc_mcontext.gregs[REG_RIP]);
 }
 
 /// Lets SIGPROF take samples, from now on: a signal that comes late would end the process
@@ -59,12 +60,16 @@ std::string kernel_of(const std::filesystem::path& file) {
 }  // namespace
 
 struct CodeSampler::Impl {
-  SampleLog log;
   std::vector<timer_t> timers;
+  bool has_log = false;
 
   explicit Impl(const std::vector<int>& threads) {
-    SampleLog* none = nullptr;
-    if (!filling.compare_exchange_strong(none, &log)) return;
+    has_log = !samples_taken.is_in_use.exchange(true);
+    if (!has_log) return;
+    for (std::atomic<std::uint64_t>& address : samples_taken.addresses) address = 0;
+    samples_taken.count = 0;
+    // Nanoseconds of CPU time, in step with nothing else; so many that the log lasts two minutes.
+    const long period = 997'000 * static_cast<long>((threads.size() + 1) / 2);
     for (const int thread : threads) {
       sigevent event{};
       event.sigev_notify = SIGEV_THREAD_ID;
@@ -73,15 +78,17 @@ struct CodeSampler::Impl {
       timer_t timer{};
       if (::timer_create(cpu_clock_of(thread), &event, &timer) != 0) continue;
       timers.push_back(timer);
-      constexpr long kPeriod = 997'000;  // nanoseconds of CPU time, in step with nothing else
-      const itimerspec every{{0, kPeriod}, {0, kPeriod}};
+      const itimerspec every{{0, period}, {0, period}};
       ::timer_settime(timer, 0, &every, nullptr);
     }
   }
   ~Impl() {
+    stop();
+    if (has_log) samples_taken.is_in_use = false;
+  }
+  void stop() {
     for (timer_t timer : timers) ::timer_delete(timer);
-    SampleLog* own = &log;
-    filling.compare_exchange_strong(own, nullptr);
+    timers.clear();
   }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -92,11 +99,12 @@ CodeSampler::CodeSampler(const std::shared_ptr<const WorkerClock>& clock) {
 }
 
 KernelMixes CodeSampler::mixes() const {
-  if (!impl_) return {};
+  if (!impl_ || !impl_->has_log) return {};
+  impl_->stop();
   std::map<std::string, AddressCounts> by_file;
-  const std::size_t count = std::min(impl_->log.count.load(), SampleLog::kMost);
+  const std::size_t count = std::min(samples_taken.count.load(), SampleLog::kMost);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint64_t address = impl_->log.addresses[i];
+    const std::uint64_t address = samples_taken.addresses[i];
     Dl_info library{};
     // NOLINTNEXTLINE(performance-no-int-to-ptr): an address is what the system's call takes
     if (::dladdr(reinterpret_cast<const void*>(address), &library) == 0) continue;
@@ -115,12 +123,13 @@ KernelMixes CodeSampler::mixes() const {
     Disassembly code = disassembled(file);
     if (!code.problem.empty()) {
       found.problem = std::move(code.problem);
-      break;
+      continue;
     }
     if (const auto mix = instruction_mix(code.text, samples)) {
       found.mixes.insert_or_assign(kernel, *mix);
     }
   }
+  if (!found.mixes.empty()) found.problem.clear();
   return found;
 }
 #else

@@ -68,7 +68,7 @@ std::string data_text(const InstructionMix& mix, const Roofs& roofs, bool is_dou
   return is_any_short ? "; its data would allow " + text : std::string();
 }
 
-/// The nearest cache that is as fast as bytes were moved.
+/// The farthest cache that is as fast as bytes were moved.
 std::string cache_text(double bytes_per_second, const Roofs& roofs) {
   const CacheRoof* last = nullptr;
   for (const CacheRoof& cache : roofs.caches) {
@@ -112,7 +112,7 @@ std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& 
   const std::string reached =
       share ? fmt::format("{}{:.0f} % is reached", work.at_most ? "at most " : "", 100 * *share)
             : std::string("no share can be given");
-  // The trees of meshes count sums and comparisons as slots too (shape/tree_walk.hpp).
+  // The trees of meshes count sums and comparisons as slots too (mesh/tree_walk.hpp).
   constexpr double kMoreThanSlots = 1.2;
   if (share && *share > kMoreThanSlots * ceiling) {
     return fmt::format("vector operations that its slots count besides: {}, {}; {}",

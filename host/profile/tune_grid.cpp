@@ -69,14 +69,14 @@ GridReport measure_grid(const Device& device, const ProfileOptions& options, con
     throw_if_stopped(monitor.stop);
     monitor.report({"measuring", static_cast<double>(i) / static_cast<double>(all.size()), -1,
                     nlohmann::json(all[i]).dump()});
-    GridTime refused{device.tuning(options.precision), "", work.samples.size(), {}, ""};
+    GridTime refused{all[i], device.tuning(options.precision), "", work.samples.size(), {}, ""};
     try {
       const Tuning tuning = tuned(device, options.precision, all[i]);
       refused.tuning = tuning;
       TuneBench bench(device.with_tuning(options.precision, tuning), work, options.precision);
       for (const TuneJob job : kGridJobs) {
         bench.run(job);  // builds the kernels, fills the caches
-        GridTime time{tuning, to_string(job), work.samples.size(), {}, ""};
+        GridTime time{all[i], tuning, to_string(job), work.samples.size(), {}, ""};
         for (int run = 0; run < options.repeats; ++run) {
           throw_if_stopped(monitor.stop);
           time.seconds.push_back(bench.time(job));
@@ -97,7 +97,8 @@ nlohmann::json to_json(const GridReport& report) {
   nlohmann::json times = nlohmann::json::array();
   for (const GridTime& t : report.times) {
     times.push_back(
-        {{"tuning", to_json(t.tuning)},
+        {{"asked", t.asked},
+         {"tuning", to_json(t.tuning)},
          {"job", t.job},
          {"samples", t.samples},
          {"seconds", t.seconds},

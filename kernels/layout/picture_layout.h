@@ -68,7 +68,7 @@
 #define QJ_SCENE_ZENITH 25
 #define QJ_SCENE_HORIZON 28
 #define QJ_SCENE_FLOOR 31
-/* What the shape is made of (qjulia/matter.hpp). */
+/* What the shape is made of (qjulia/picture/matter.hpp). */
 #define QJ_SCENE_ROUGHNESS 34
 #define QJ_SCENE_METAL 35
 #define QJ_SCENE_COAT 36

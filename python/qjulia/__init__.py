@@ -19,6 +19,7 @@ from ._core import (
 from ._device import Device, DeviceInfo, devices
 from ._energy import Energy
 from ._fitting import Fit, FitResult, StageReport, fit, shape
+from ._jobs import run
 from ._map import Comparison, Map, compare, looks, quadratic_map, render, save_png
 from ._mesh import Surface, read_mesh, sample_surface, signed_distance
 
@@ -54,6 +55,7 @@ __all__ = [
     "quadratic_map",
     "read_mesh",
     "render",
+    "run",
     "sample_surface",
     "save_png",
     "shape",

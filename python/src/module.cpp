@@ -20,6 +20,7 @@ PYBIND11_MODULE(_core, module) {
   add_energy(module);
   add_evaluation(module);
   add_fitting(module);
+  add_jobs(module);
   add_surfaces(module);
   add_pictures(module);
 }

@@ -10,6 +10,7 @@ void add_distances(pybind11::module_& module);  ///< distances from meshes
 void add_energy(pybind11::module_& module);
 void add_evaluation(pybind11::module_& module);  ///< fields at points and on grids
 void add_fitting(pybind11::module_& module);     ///< maps from meshes
+void add_jobs(pybind11::module_& module);        ///< commands as data
 void add_pictures(pybind11::module_& module);
 void add_surfaces(pybind11::module_& module);  ///< meshes of sets, and how well they fit
 

@@ -403,6 +403,8 @@ RUNS = {
                                                 or "not counted: " in done.err),
              "--host-name": lambda done, value: done.json["made"]["host"],
              "--csv": makes("p.csv"), "--plot": makes("p.png")}, keep="p.json"),
+        Run("f.qjulia.json MESH", {**KERNELS, "--export": "lines"},
+            {"--export": lambda done, value: '"kernel":"energy"' in done.out.replace(" ", "")}),
         # One kernel is a billion times slower than the baseline's; the other is as fast, but for other programs' load.
         Run("f.qjulia.json MESH", {**KERNELS, "--precision": "double", "--lane-width": "8", "--iterations": "2",
                                    "--baseline": "fast.json", "--tolerance": "1e4"},

@@ -188,31 +188,29 @@ Job picture_job(const FilmScript& script) {
   return job;
 }
 
-/// Pictures of longer films that were in the folder before: their numbers come after this film's.
-std::vector<std::filesystem::path> stale_pictures(const FilmPlan& plan,
-                                                  const std::stop_token& stop) {
-  std::vector<std::filesystem::path> stale;
-  for (std::size_t number = plan.views.size() + 1;; ++number) {
-    const std::filesystem::path file = plan.folder / film::frame_name(number);
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return stale;
+/// Says which pictures of a longer film are in the folder: they would become part of a film that is
+/// made of it by hand. Nothing removes them, since somebody may still want that film.
+void warn_of_longer_film(const FilmPlan& plan, Session& session) {
+  std::set<std::string> own, further;
+  for (std::size_t number = 1; number <= plan.views.size(); ++number) {
+    own.insert(film::frame_name(number));
+  }
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(plan.folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!film::is_frame_name(name) || own.contains(name) || !entry.is_regular_file(ignored))
+      continue;
     try {
-      if (embedded_note(file, stop).at("made_with").contains("film")) stale.push_back(file);
+      if (embedded_note(entry.path(), session.stop()).at("made_with").contains("film")) {
+        further.insert(name);
+      }
     } catch (const InputError&) {  // somebody else's
     }
   }
-}
-
-/// They would become part of a film that is made of the folder by hand.
-void remove_stale_pictures(const FilmPlan& plan, Session& session) {
-  const auto stale = stale_pictures(plan, session.stop());
-  if (stale.empty()) return;
-  for (const std::filesystem::path& file : stale) {
-    std::error_code ignored;
-    std::filesystem::remove(file, ignored);
-  }
-  session.console.warn(fmt::format("{} pictures of a longer film were removed: '{}' and on",
-                                   stale.size(), stale.front().string()));
+  if (further.empty()) return;
+  session.console.warn(fmt::format(
+      "'{}' has {} pictures that this film has not, from '{}' on: they are of a longer one",
+      plan.folder.string(), further.size(), *further.begin()));
 }
 
 /// How often pictures needed what, for people and programs.
@@ -344,7 +342,7 @@ std::size_t draw_pictures(const FilmPlan& plan, int jobs, const Scene& scene, co
     const std::filesystem::path file = plan.folder / film::frame_name(i + 1);
     if (!is_drawn(file, film_note(key, i + 1), session.stop())) missing.push_back(i);
   }
-  remove_stale_pictures(plan, session);
+  if (plan.last - plan.first == plan.views.size()) warn_of_longer_film(plan, session);
   if (missing.empty()) return 0;
   std::vector<std::unique_ptr<PictureSeries>> series;
   const auto add_series = [&](const Device& own) {

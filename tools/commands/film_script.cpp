@@ -61,7 +61,8 @@ struct Row {
 /// The rows of a table of comma-separated values (RFC 4180), or with semicolons or tabs in place of
 /// commas: cells may stand in quotes, with a quote doubled and any separator inside.
 std::vector<Row> rows_of(std::string_view text) {
-  const std::string_view head = text.substr(0, text.find('\n'));
+  const std::size_t begin = std::min(text.find_first_not_of("\r\n"), text.size());
+  const std::string_view head = text.substr(begin, text.find('\n', begin) - begin);
   const char between = head.find('\t') != std::string_view::npos  ? '\t'
                        : head.find(';') != std::string_view::npos ? ';'
                                                                   : ',';
@@ -296,7 +297,8 @@ class ScriptReader {
       throw InputError(fmt::format("{}:{}", path, error.what()));
     }
     if (rows.empty() || rows.front().cells.front() != "at") {
-      throw InputError(fmt::format("{}:1: the first column is 'at', in seconds", path));
+      throw InputError(fmt::format("{}:{}: the first column is to be 'at', in seconds", path,
+                                   rows.empty() ? 1 : rows.front().line));
     }
     for (std::size_t i = 1; i < rows.size(); ++i) {
       attempt(

@@ -206,6 +206,9 @@ std::pair<std::string, nlohmann::json> leaf_of(const Leaf& leaf) {
     return {std::string(word_of(leaf)), word_of(leaf)};
   } else if constexpr (std::is_integral_v<Leaf>) {
     return {fmt::format("{}", leaf), leaf};
+  } else if constexpr (std::is_same_v<Leaf, Quaternion>) {
+    return {fmt::format("({:.4g}, {:.4g}, {:.4g}, {:.4g})", leaf.x, leaf.y, leaf.z, leaf.w),
+            {leaf.x, leaf.y, leaf.z, leaf.w}};
   } else {
     return {fmt::format("{:.4g}", leaf), leaf};
   }

@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 
 constexpr double kMilli = 1e-3, kNano = 1e-9;
 
-std::string name_of(const Json& kernel) {
+std::string benchmark_name(const Json& kernel) {
   return fmt::format("{}/n:{}", kernel.at("kernel").get<std::string>(),
                      kernel.at("iterations").get<int>());
 }
@@ -43,10 +43,10 @@ Json google_benchmark(const Json& report) {
     const Json& cpu = runs.at("cpu_seconds");
     for (std::size_t i = 0; i < seconds.size(); ++i) {
       const double real = seconds[i].get<double>() / kMilli;
-      benchmarks.push_back({{"name", name_of(kernel)},
+      benchmarks.push_back({{"name", benchmark_name(kernel)},
                             {"family_index", family},
                             {"per_family_instance_index", 0},
-                            {"run_name", name_of(kernel)},
+                            {"run_name", benchmark_name(kernel)},
                             {"run_type", "iteration"},
                             {"repetitions", seconds.size()},
                             {"repetition_index", i},
@@ -65,7 +65,7 @@ Json google_benchmark(const Json& report) {
 Json bencher(const Json& report) {
   Json all = Json::object();
   for (const Json& kernel : report.at("kernels")) {
-    Json& measures = all[name_of(kernel)];
+    Json& measures = all[benchmark_name(kernel)];
     measures["latency"] = {{"value", kernel.at("median_seconds").get<double>() / kNano},
                            {"lower_value", kernel.at("median_low").get<double>() / kNano},
                            {"upper_value", kernel.at("median_high").get<double>() / kNano}};
@@ -111,9 +111,9 @@ std::vector<Configuration> configurations(const Json& report) {
   std::vector<Configuration> all;
   if (report.contains("times")) {  // a grid: a row for each job
     for (const Json& row : report.at("times")) {
-      if (all.empty() || all.back().settings != row.at("tuning")) {
-        all.push_back({row.at("tuning"), {}, {}, 1});
-      }
+      Json settings = row.at("tuning");
+      settings.update(row.at("asked"));  // what was refused, too
+      if (all.empty() || all.back().settings != settings) all.push_back({settings, {}, {}, 1});
       if (row.at("refused").is_null()) {
         all.back().seconds[row.at("job")] = row.at("seconds").get<std::vector<double>>();
       } else {
@@ -150,7 +150,9 @@ Json t4(const Json& report) {
       for (const double s : seconds) runtimes.push_back(s / kMilli);
       sum += fastest;
     }
-    measurements.push_back({{"name", "time"}, {"value", sum}, {"unit", "ms"}});
+    // No time at all is no time of 0.
+    if (one.refused.empty())
+      measurements.push_back({{"name", "time"}, {"value", sum}, {"unit", "ms"}});
     const char* const state = one.correctness < 1    ? "correctness"
                               : !one.refused.empty() ? "runtime"
                                                      : "correct";

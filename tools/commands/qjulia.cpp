@@ -6,11 +6,15 @@
 
 #include "commands/commands.hpp"
 #include "console/failure.hpp"
+#include "console/interrupts.hpp"
 #include "console/process_memory.hpp"
 #include "qjulia/base/error.hpp"
 
 namespace qjulia::tools {
 namespace {
+
+/// Called before any library's constructor, which shared objects cannot have.
+[[gnu::section(".preinit_array"), gnu::used]] void (*const kSeesHangup)() = &see_hangup;
 
 /// The XDG Base Directory Specification says that a relative path is to be ignored. Drivers would
 /// make their folders under whatever folder the command was started in.

@@ -60,10 +60,10 @@ void add_share(CommandLine& program, ChosenCommand& chosen) {
               {"share", "Make a page on which others play with a map", R"(Example:
   qjulia share bunny.qjulia.json -o bunny.html
 The page needs nothing else, no network and no qjulia: the viewer's own graphics draw the set
-(WebGL 2). A device measures the map over the ranges of its knobs, which the page looks up. The page
-has a slider for every option of the map that it can draw, names those that need "qjulia explore",
-and its address holds all settings, so that a link to it is a shape. The map is in it: every command that reads maps reads the
-page too. See docs/guide/explore.md.)",
+(WebGL 2). A device measures the map over the ranges of its knobs, which takes some seconds, and the
+page looks the figures up. The page has a slider for every option of the map that it can draw, names
+those that need "qjulia explore", and its address holds all settings, so that a link to it is a
+shape. The map is in it: every command that reads maps reads the page too. See docs/guide/explore.md.)",
                /*can_trace=*/false},
               describe_share, plan_share, run_share);
 }

@@ -22,14 +22,15 @@ namespace {
 std::string_view file_of_page(const std::string& name) { return embedded_page().at(name); }
 
 template <class Kinds>
-std::string_view name_of(const Kinds& kinds) {
-  return std::visit([](const auto& kind) -> std::string_view { return kind.kName; }, kinds);
+std::string name_of(const Kinds& kinds) {
+  return std::visit([](const auto& kind) -> std::string { return kind.kName; }, kinds);
 }
 
 /// Whether maps of this map's kinds need the shader file.
 bool is_needed(const Map& map, std::string_view file) {
-  if (file.ends_with("_modulus.glsl")) return file.starts_with(name_of(map.dynamics.modulus));
-  if (file.ends_with("_versor.glsl")) return file.starts_with(name_of(map.dynamics.versor));
+  if (file.ends_with("_modulus.glsl"))
+    return file == name_of(map.dynamics.modulus) + "_modulus.glsl";
+  if (file.ends_with("_versor.glsl")) return file == name_of(map.dynamics.versor) + "_versor.glsl";
   if (file == "painted.glsl") return map.layers.paint.has_value();
   if (file == "unpainted.glsl") return !map.layers.paint;
   const bool has_grid = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);

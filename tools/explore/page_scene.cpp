@@ -61,6 +61,8 @@ json uniform_of(const Leaf& leaf) {
     return static_cast<int>(leaf);
   } else if constexpr (std::is_integral_v<Leaf>) {
     return leaf;
+  } else if constexpr (std::is_same_v<Leaf, Quaternion>) {
+    return list_of(leaf);
   } else {
     return shader_number(leaf);
   }

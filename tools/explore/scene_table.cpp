@@ -55,13 +55,13 @@ std::vector<double> nodes_of(const Control& control, double own, double most, st
   return nodes;
 }
 
-/// What is borne of a knob, with its first control.
+/// The first control of a knob, or null where the map does not bear the knob.
 const Control* control_of(const Map& map, const char* name) {
   const Knob& knob = knob_named(name);
   return knob.why_not(map).empty() ? &knob.controls.front() : nullptr;
 }
 
-/// The map of which grids, radii and slopes are: steepness comes later, and what holds without
+/// The map whose slopes and radii are measured: steepness comes later, and what holds without
 /// paint and portals holds with them.
 Map bare(Map map) {
   map.layers.steepness = 1;

@@ -83,6 +83,14 @@ void expect_size(const std::filesystem::path& output, int width, int height, boo
 
 std::string frame_name(std::size_t number) { return fmt::format("frame_{:04}.png", number); }
 
+bool is_frame_name(std::string_view name) {
+  constexpr std::string_view kBegin = "frame_", kEnd = ".png";
+  if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return false;
+  name.remove_prefix(kBegin.size());
+  name.remove_suffix(kEnd.size());
+  return name.size() >= 4 && name.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 std::vector<std::string> encoder_words(const Encoding& encoding) {
   Words words{"ffmpeg",
               "-hide_banner",

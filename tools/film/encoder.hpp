@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace qjulia::film {
@@ -27,5 +28,7 @@ std::vector<std::string> encoder_words(const Encoding& encoding);
 
 /// "frame_0001.png".
 std::string frame_name(std::size_t number);
+/// Whether some picture is called so.
+bool is_frame_name(std::string_view name);
 
 }  // namespace qjulia::film

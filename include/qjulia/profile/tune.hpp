@@ -77,7 +77,8 @@ using TuneGrid = std::map<std::string, std::vector<int>>;
 
 /// One job with one combination of settings.
 struct GridTime {
-  Tuning tuning;
+  std::map<std::string, int> asked;  ///< the combination
+  Tuning tuning;                     ///< with it; the default where it was refused
   std::string job;
   std::size_t samples = 0;
   std::vector<double> seconds;  ///< of each run, on the device; empty where it was refused

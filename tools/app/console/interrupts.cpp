@@ -22,20 +22,17 @@ sigset_t set_of(std::initializer_list<int> signals) {
 
 bool ignores_hangup = false;
 
-/// Libraries may handle SIGHUP before `main`: UCX, which MPI uses in Debian 13, does so to begin a
-/// debugger. What the program was started with is seen only before any library's constructor runs.
-void see_hangup() {
-  struct sigaction hangup {};
-  ignores_hangup = sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
-}
-[[gnu::section(".preinit_array"), gnu::used]] void (*const kSeesHangup)() = &see_hangup;
-
 /// What asks the program to end. nohup has SIGHUP ignored.
 sigset_t watched_signals() {
   return ignores_hangup ? set_of({SIGINT, SIGTERM}) : set_of({SIGINT, SIGTERM, SIGHUP});
 }
 
 }  // namespace
+
+void see_hangup() {
+  struct sigaction hangup {};
+  ignores_hangup = sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+}
 
 Interrupts::Interrupts() : watched_(watched_signals()) {
   // SIGHUP in any case: LLVM, in drivers, handles it even where it is ignored, by removing the

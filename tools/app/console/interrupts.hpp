@@ -8,6 +8,11 @@
 
 namespace qjulia::tools {
 
+/// Keeps in mind whether SIGHUP is ignored, as under nohup; a program's first step. Libraries may
+/// handle SIGHUP before `main`: UCX, which MPI uses in Debian 13, does so to begin a debugger. What
+/// the program was started with is seen only before any library's constructor runs.
+void see_hangup();
+
 /// While it lives, the first SIGINT, SIGTERM or SIGHUP requests a stop, so that work ends with what
 /// it has reached; another more than a second later ends the process at once. Made before any other
 /// thread is started: threads inherit the blocked signals.

@@ -228,8 +228,11 @@ std::vector<std::string> words_of(const Job& job, const CommandUsage& usage,
       words.push_back(output);
     }
     if (!option.is_positional || !job.options.contains(job_name(option.name))) continue;
-    const std::string word = word_of(job.options.at(job_name(option.name)));
-    words.push_back(word.starts_with('-') ? "./" + word : word);
+    const nlohmann::json& value = job.options.at(job_name(option.name));
+    for (const nlohmann::json& one : value.is_array() ? value : nlohmann::json::array({value})) {
+      const std::string word = word_of(one);
+      words.push_back(word.starts_with('-') ? "./" + word : word);
+    }
   }
   for (const auto& [name, value] : job.options.items()) {
     const OptionUsage& option = option_named(usage, name);

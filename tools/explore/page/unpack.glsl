@@ -1,4 +1,4 @@
-// The numbers of a file's grid, one a pixel: host/map/map_parts.cpp packs their differences. A draw
+// The numbers of a file's grid, one a pixel: host/map/kinds/distance_modulus.cpp packs their differences. A draw
 // takes them out of the file's bytes; others, with doubled strides, add up what came before.
 #define DIFFERENCES 0  // of a list of 16-bit numbers: all low bytes, then all high ones
 #define BITS 1         // the first in the lowest bit of the first byte
