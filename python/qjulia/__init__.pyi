@@ -47,6 +47,7 @@ __all__ = [
     "quadratic_map",
     "read_mesh",
     "render",
+    "run",
     "sample_surface",
     "save_png",
     "shape",
@@ -539,6 +540,15 @@ def compare(
     precision: Literal["single", "double"] = ...,
     # end of compare_settings
 ) -> List[Comparison]: ...
+def run(
+    job: Union[_Path, Dict[str, Any]],
+    output: Optional[_Path] = ...,
+    *,
+    changes: Optional[Dict[str, Any]] = ...,
+    inputs: Optional[_Path] = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+) -> Optional[Dict[str, Any]]: ...
 @dataclass(frozen=True)
 class StageReport:
     name: str
