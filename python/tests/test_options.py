@@ -54,6 +54,16 @@ def weights(points):
 class Calls:
     """Calls of each function, with the keywords of each call."""
 
+    def ran(self, **keywords):
+        """A picture that is made again from a picture."""
+        first, again = self.folder / "first.png", self.folder / "again.png"
+        if not first.exists():
+            self.map.save(self.folder / "map.qjulia.json")
+            options = {"map": str(self.folder / "map.qjulia.json"), "size": "8x6", "samples": 1}
+            qjulia.run({"command": "render", "options": options}, first)
+        qjulia.run(first, again, **keywords)
+        return again.read_bytes()
+
     def __init__(self, map, torus, folder):
         self.map, self.torus, self.folder = map, torus, folder
         self.mesh = map.surface(16)
@@ -203,6 +213,10 @@ class Calls:
                     },
                     {"versor": "noise", "octaves": 3, "scale": 8},
                 ],
+            ),
+            "run": (
+                lambda **k: self.ran(**k),
+                [{**hear, "changes": {"size": "16x12"}, "inputs": self.folder}],
             ),
             "Energy.__init__": (
                 lambda **k: energy_of(map, **k),
