@@ -118,7 +118,7 @@ TEST_CASE("what limits a kernel is named with its ceiling") {
              ContainsSubstring("cannot be judged now"));
 }
 
-TEST_CASE("data that stays in a cache is told from memory's") {
+TEST_CASE("a kernel is limited by the cache or the memory that its data comes from") {
   KernelWork work;
   work.bytes = 8e8;
   const Spent spent{0.02, 0.04};

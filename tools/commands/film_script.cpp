@@ -146,7 +146,7 @@ class ScriptReader {
   }
 
  private:
-  /// What is wrong in `call` is told with all else that is wrong.
+  /// Makes the call, and keeps its error so that all errors of a script are reported together.
   template <class Call>
   void attempt(const Call& call) {
     try {
