@@ -16,41 +16,61 @@ namespace {
 struct FileType {
   std::string_view extension;
   FileContent content;
-  bool is_read;
-  bool is_written;
+  unsigned uses;  ///< see `bit_of`
 };
 
+constexpr unsigned bit_of(FileUse use) { return 1U << static_cast<unsigned>(use); }
+
+constexpr unsigned kRead = bit_of(FileUse::read), kWrite = bit_of(FileUse::write),
+                   kPaint = bit_of(FileUse::paint), kPrint = bit_of(FileUse::print),
+                   kNote = 1U << 31;  ///< the file can hold a note of how it was made
+
 constexpr std::array kTypes = {
-    FileType{".obj", FileContent::mesh, true, true},
-    FileType{".off", FileContent::mesh, true, true},
-    FileType{".ply", FileContent::mesh, true, true},
-    FileType{".stl", FileContent::mesh, true, true},
-    FileType{".glb", FileContent::mesh, true, true},
-    FileType{".gltf", FileContent::mesh, true, false},
-    FileType{".3mf", FileContent::mesh, true, true},
-    FileType{".usda", FileContent::mesh, false, true},
-    FileType{".json", FileContent::map, true, true},
-    FileType{".o3d", FileContent::original_map, true, false},
-    FileType{".poly4d", FileContent::original_map, true, false},
-    FileType{".f3d", FileContent::sampled_distance, true, false},
-    FileType{".png", FileContent::picture, false, true},
-    FileType{".npy", FileContent::field, false, true},
-    FileType{".vti", FileContent::field, false, true},
-    FileType{".vdb", FileContent::volume, false, true},
-    FileType{".toml", FileContent::manifest, true, false},
-    FileType{".html", FileContent::report, false, true},
-    FileType{".frag", FileContent::formula, false, true},
-    FileType{".glsl", FileContent::formula, false, true},
-    FileType{".fract", FileContent::formula, false, true},
+    FileType{".obj", FileContent::mesh, kRead | kWrite | kPaint | kNote},
+    FileType{".off", FileContent::mesh, kRead | kWrite},
+    FileType{".ply", FileContent::mesh, kRead | kWrite | kPaint | kNote},
+    FileType{".stl", FileContent::mesh, kRead | kWrite | kPrint},
+    FileType{".glb", FileContent::mesh, kRead | kWrite | kNote},
+    FileType{".gltf", FileContent::mesh, kRead},
+    FileType{".3mf", FileContent::mesh, kRead | kWrite | kPrint | kNote},
+    FileType{".usda", FileContent::mesh, kWrite | kNote},
+    FileType{".json", FileContent::map, kRead | kWrite},
+    FileType{".o3d", FileContent::original_map, kRead},
+    FileType{".poly4d", FileContent::original_map, kRead},
+    FileType{".f3d", FileContent::sampled_distance, kRead},
+    FileType{".png", FileContent::picture, kWrite | kNote},
+    FileType{".exr", FileContent::picture, kWrite | kNote},
+    FileType{".npy", FileContent::field, kWrite},
+    FileType{".vti", FileContent::field, kWrite | kNote},
+    FileType{".vdb", FileContent::volume, kWrite | kNote},
+    FileType{".toml", FileContent::manifest, kRead},
+    FileType{".html", FileContent::report, kWrite},
+    FileType{".frag", FileContent::formula, kWrite},
+    FileType{".glsl", FileContent::formula, kWrite},
+    FileType{".fract", FileContent::formula, kWrite},
     // A page that `share` made, with a map in it.
-    FileType{".html", FileContent::map, true, false},
+    FileType{".html", FileContent::map, kRead},
     // Pictures and scenes that hold the map they show.
-    FileType{".png", FileContent::map, true, false},
-    FileType{".glb", FileContent::map, true, false},
+    FileType{".png", FileContent::map, kRead},
+    FileType{".glb", FileContent::map, kRead},
 };
 
 bool allows(const FileType& type, FileContent content, FileUse use) {
-  return type.content == content && (use == FileUse::read ? type.is_read : type.is_written);
+  return type.content == content && (type.uses & bit_of(use)) != 0;
+}
+
+const char* verb_of(FileUse use) {
+  switch (use) {
+    case FileUse::read:
+      return "read";
+    case FileUse::write:
+      return "write";
+    case FileUse::paint:
+      return "paint by";
+    case FileUse::print:
+      return "print";
+  }
+  return "";
 }
 
 }  // namespace
@@ -91,6 +111,13 @@ std::optional<FileContent> content_of(const std::filesystem::path& path) {
   return type->content;
 }
 
+bool can_hold_note(const std::filesystem::path& path) {
+  const std::string extension = extension_of(path);
+  return std::ranges::any_of(kTypes, [&](const FileType& type) {
+    return type.extension == extension && (type.uses & kNote) != 0;
+  });
+}
+
 bool has_type(const std::filesystem::path& path, FileContent content, FileUse use) {
   const std::string extension = extension_of(path);
   return std::ranges::any_of(kTypes, [&](const FileType& type) {
@@ -114,9 +141,8 @@ std::string extension_list(FileContent content, FileUse use) {
 
 std::string expect_type(const std::filesystem::path& path, FileContent content, FileUse use) {
   if (has_type(path, content, use)) return extension_of(path);
-  throw InputError(fmt::format("cannot {} {} '{}': its name must end in {}",
-                               use == FileUse::read ? "read" : "write", to_string(content),
-                               path.string(), extension_list(content, use)));
+  throw InputError(fmt::format("cannot {} {} '{}': its name must end in {}", verb_of(use),
+                               to_string(content), path.string(), extension_list(content, use)));
 }
 
 }  // namespace qjulia::base

@@ -21,7 +21,14 @@ enum class FileContent {
   report,
   formula  ///< a map in GLSL, for other programs
 };
-enum class FileUse { read, write };
+
+/// What can be done with a file of a type.
+enum class FileUse {
+  read,
+  write,
+  paint,  ///< a mesh whose vertices can have shares of detail
+  print,  ///< a mesh that printers take: it has to be closed
+};
 
 /// The word for the content, as in "map".
 const char* to_string(FileContent content);
@@ -32,7 +39,10 @@ std::string extension_of(const std::filesystem::path& path);
 /// What the name promises; none for an extension that is not in the table.
 std::optional<FileContent> content_of(const std::filesystem::path& path);
 
-/// Whether the name's extension is that of a file which can be read, or written, as `content`.
+/// Whether files of this name's type can hold a note of how they were made.
+bool can_hold_note(const std::filesystem::path& path);
+
+/// Whether the name's extension is that of a file with this content, for this use.
 bool has_type(const std::filesystem::path& path, FileContent content, FileUse use);
 
 /// The extensions of all such files.

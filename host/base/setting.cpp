@@ -12,31 +12,29 @@
 namespace qjulia {
 namespace {
 
+/// The numbers of a value that its setting's range is for.
 template <class Value>
-std::optional<double> number_in(const Value* value) {
-  if constexpr (std::is_arithmetic_v<Value>) return static_cast<double>(*value);
-  return std::nullopt;
+std::vector<double> numbers_in(const Value* value) {
+  if constexpr (std::is_arithmetic_v<Value>) return {static_cast<double>(*value)};
+  return {};
+}
+
+std::vector<double> numbers_in(const Eigen::Vector3d* vector) {
+  return {vector->begin(), vector->end()};
 }
 
 template <class Value>
-std::optional<double> number_in(const std::vector<Value>*) {
-  return std::nullopt;
+std::vector<double> numbers_in(const std::optional<Value>* value) {
+  return *value ? numbers_in(&**value) : std::vector<double>();
 }
 
-template <class Value>
-std::optional<double> number_in(const std::optional<Value>* value) {
-  return *value ? number_in(&**value) : std::nullopt;
-}
-
-std::optional<double> number_in(const SizePlace&) { return std::nullopt; }
-std::optional<double> number_in(const DetailChoice* detail) {
+std::vector<double> numbers_in(const DetailChoice* detail) {
   const auto* const number = std::get_if<double>(detail);
-  return number != nullptr ? std::optional(*number) : std::nullopt;
+  return number != nullptr ? std::vector{*number} : std::vector<double>();
 }
 
-std::optional<double> number_in(const Palette*) { return std::nullopt; }
-std::optional<double> number_in(const Background*) { return std::nullopt; }
-std::optional<double> number_in(const WordPlace&) { return std::nullopt; }
+std::vector<double> numbers_in(const SizePlace&) { return {}; }
+std::vector<double> numbers_in(const WordPlace&) { return {}; }
 
 }  // namespace
 
@@ -67,7 +65,7 @@ std::string Setting::values_text() const {
 std::string Setting::range_text() const {
   const bool is_above_zero = least == kAboveZero;
   if (!std::isfinite(most)) {
-    if (!std::isfinite(least)) return "any number";
+    if (!std::isfinite(least)) return "any finite number";
     return is_above_zero ? "more than 0" : fmt::format("{} or more", least);
   }
   return is_above_zero ? fmt::format("a number above 0, up to {}", most)
@@ -75,7 +73,8 @@ std::string Setting::range_text() const {
 }
 
 void Setting::expect_in_range(double value) const {
-  if (value >= least && value <= most) return;
+  const bool is_in_range = value >= least && value <= most;
+  if (is_in_range && (may_be_infinite || std::isfinite(value))) return;
   throw InputError(fmt::format("{} is out of range; give {}{}{}", value, range_text(),
                                unit.empty() ? "" : " ", unit));
 }
@@ -106,11 +105,9 @@ std::string option_of(const Setting& setting, const ValuePlace& place) {
 }
 
 void expect_in_range(const Setting& setting, const ValuePlace& place) {
-  const std::optional<double> number =
-      std::visit([](const auto& value) { return number_in(value); }, place);
-  if (!number) return;
+  const auto numbers = std::visit([](const auto& value) { return numbers_in(value); }, place);
   try {
-    setting.expect_in_range(*number);
+    for (const double number : numbers) setting.expect_in_range(number);
   } catch (const InputError& error) {
     throw OptionError(setting.name, error.what());
   }

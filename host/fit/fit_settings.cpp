@@ -51,6 +51,7 @@ std::vector<FitSetting> ending_settings() {
          .values = "SECONDS",
          .unit = "seconds",
          .least = Setting::kAboveZero,
+         .may_be_infinite = true,
          .left_out = "none",
          .example = "1000",
          .help = "Seconds of the whole fit; the map reached by then is kept"},

@@ -38,9 +38,7 @@ void append_portal(std::vector<Real>& reals, const Portal& portal) {
   const Eigen::Matrix3d matrix = portal.scale * portal.rotation.matrix();
   all[QJ_PORTAL_RADIUS] = portal.radius;
   all[QJ_PORTAL_SCALE] = portal.scale;
-  all[QJ_PORTAL_MASK] = portal.mask == PortalMask::none      ? 0
-                        : portal.mask == PortalMask::outside ? 1
-                                                             : -1;
+  all[QJ_PORTAL_MASK] = side_of(portal.mask);
   put(all, QJ_PORTAL_CENTER, portal.center);
   put(all, QJ_PORTAL_DESTINATION, portal.destination);
   put(all, QJ_PORTAL_MATRIX, matrix.reshaped<Eigen::RowMajor>());

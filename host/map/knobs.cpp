@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "base/random.hpp"
-#include "base/range_check.hpp"
 #include "map/portals.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/detail.hpp"
@@ -86,21 +85,14 @@ Map moved(Map map, const Eigen::Vector3d& offset) {
 }  // namespace
 
 void MapKnobs::validate() const {
-  if (detail) base::expect_finite("detail", *detail);
+  expect_in_ranges(knob_table(), *this);
   if (phase && !(std::isfinite(norm(*phase)) && norm(*phase) > 0)) {
     throw OptionError("phase", "give four numbers, not all zero, such as 0.8 0.6 0 0");
   }
-  if (slice) base::expect_finite("slice", *slice);
   if (rotate &&
       !(rotate->axis.allFinite() && rotate->axis.norm() > 0 && std::isfinite(rotate->degrees))) {
     throw OptionError("rotate", "give an axis, not all zero, and degrees, such as 0 1 0 90");
   }
-  if (drift) base::expect_finite("drift", *drift);
-  if (translate && !translate->allFinite()) {
-    throw OptionError("translate", "give three numbers");
-  }
-  if (scale) base::expect_positive("scale", *scale);
-  if (steepness) base::expect_between("steepness", *steepness, 1.0, kMostSteepness);
 }
 
 Map with_knobs(const Device& device, const Map& map, const MapKnobs& knobs) {

@@ -29,9 +29,8 @@ class Object {
   Object(const nlohmann::json& value, std::string source, std::string name)
       : value_(value), source_(std::move(source)), name_(std::move(name)) {
     if (!value_.is_object()) {
-      fail(source_,
-           fmt::format("{} must be an object, but is {}",
-                       name_.empty() ? "the file" : '"' + name_ + '"', value_.type_name()));
+      fail(source_, fmt::format("{} must be an object, but is {}",
+                                name_.empty() ? "the file" : '"' + name_ + '"', shown(value_)));
     }
   }
 
@@ -126,9 +125,14 @@ class Object {
 
   [[noreturn]] void wrong(const std::string& path, const char* wanted,
                           const nlohmann::json& value) const {
-    fail(source_, fmt::format("\"{}\" must be {}, but is {}", path, wanted,
-                              value.is_array() ? fmt::format("an array of {}", value.size())
-                                               : std::string(value.type_name())));
+    fail(source_, fmt::format("\"{}\" must be {}, but is {}", path, wanted, shown(value)));
+  }
+
+  /// The value itself if it is short, else what it is.
+  static std::string shown(const nlohmann::json& value) {
+    if (value.is_array()) return fmt::format("an array of {}", value.size());
+    if (value.is_object()) return "an object";
+    return value.is_string() ? "a text" : value.dump();
   }
 
   double number(const nlohmann::json& value, const std::string& path) const {

@@ -83,8 +83,7 @@ const std::array kFormats = {
                      write_obj(mesh, how.name, how.options.note, how.options.file_turn(),
                                how.material, out);
                    },
-               .has_colors = true,
-               .has_shares = true},
+               .has_colors = true},
     MeshFormat{.extension = ".off",
                .read = without_shares<read_off>,
                .write = [](const TriangleMesh& mesh, const MeshWriting& how,
@@ -95,8 +94,7 @@ const std::array kFormats = {
                    [](const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) {
                      write_ply(mesh, how.options.note, how.options.file_turn(), out);
                    },
-               .has_colors = true,
-               .has_shares = true},
+               .has_colors = true},
     MeshFormat{.extension = ".stl",
                .read = without_shares<read_stl>,
                .write =

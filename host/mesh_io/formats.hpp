@@ -28,7 +28,6 @@ struct MeshFormat {
   void (*write)(const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) = nullptr;
   std::optional<UpAxis> up{};  ///< the axis that points up; none where the format defines none
   bool has_colors = false;     ///< written with the colours of vertices
-  bool has_shares = false;     ///< its reader fills FaceList::shares
 };
 
 /// The format of a mesh file. @pre the table of file types has the extension as a mesh

@@ -270,11 +270,7 @@ InspectedMesh as_if_read(const TriangleMesh& mesh, const std::stop_token& stop) 
 PaintedMesh read_painted_mesh(const std::filesystem::path& path, const std::string& property,
                               std::stop_token stop) {
   const std::string extension =
-      base::expect_type(path, base::FileContent::mesh, base::FileUse::read);
-  if (!mesh_format(extension).has_shares) {
-    throw InputError(
-        fmt::format("cannot paint by '{}': only .ply and .obj files hold colors", path.string()));
-  }
+      base::expect_type(path, base::FileContent::mesh, base::FileUse::paint);
   return within_memory(path, [&] {
     const MeshFile file(path, extension, std::move(stop));
     FaceList faces = mesh_format(extension).read(file, &property);

@@ -84,7 +84,6 @@ void PictureOptions::validate() const {
   for (const int side : {width, height}) base::expect_between("size", side, 1, 16384, "pixels");
   expect_in_ranges(picture_settings(), *this);
   if (bits != 8 && bits != 16) throw OptionError("bits", fmt::format("{}; give 8 or 16", bits));
-  base::expect_finite("azimuth", camera.azimuth);
   map::expect_box(box);
   light.validate();
   if (background.kind == Backdrop::environment && light.environment.empty()) {
@@ -99,19 +98,7 @@ void PictureOptions::validate() const {
   }
   if (range) range->validate();
   map::expect_box(camera.frame, "frame");
-  if (camera.look_at) {
-    for (const double c : *camera.look_at) base::expect_finite("look_at", c);
-  }
-  if (camera.focus) {
-    for (const double c : *camera.focus) base::expect_finite("focus", c);
-  }
-  if (camera.distance) base::expect_finite("distance", *camera.distance);
-  for (const Cut& cut : cuts) {
-    base::expect_finite("cut", cut.at);
-    if (cut.axis < 'x' || cut.axis > 'z') {
-      throw OptionError("cut", fmt::format("'{}' is not an axis; give x, y or z", cut.axis));
-    }
-  }
+  for (const Cut& cut : cuts) cut.validate();
 }
 
 std::unique_ptr<Studio::Impl> Studio::Impl::of_map(const Device& device, const Map& map,

@@ -497,8 +497,8 @@ TEST_CASE("hostile numbers for maps and knobs are refused by name") {
     knob(is_within(x, 1, 100), "steepness", [&](auto& k) { k.steepness = x; });
     for (const Knob& each : knob_table()) {
       CAPTURE(each.name);
-      takes(x >= each.least && x <= each.most, "expect_in_range", "out of range",
-            [&] { each.expect_in_range(x); });
+      takes(std::isfinite(x) && x >= each.least && x <= each.most, "expect_in_range",
+            "out of range", [&] { each.expect_in_range(x); });
       accepts("is_turned", [&] {
         Map odd = good_map();
         odd.frame.detail = odd.frame.inradius = odd.layers.steepness = x;
@@ -538,4 +538,5 @@ TEST_CASE("kinds cost something in every map, and have no word for what is no va
   CHECK(word_of(static_cast<NoiseValues>(-1)).empty());
   CHECK(word_of(static_cast<PortalMask>(3)).empty());
   CHECK(words(PortalMask::none).size() == 3);
+  CHECK(side_of(static_cast<PortalMask>(3)) == 0);
 }

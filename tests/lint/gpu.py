@@ -61,11 +61,24 @@ SCHEDULERS = 4
 LANES = 32
 # Programs that know one of these options are compiled with each of its values.
 OPTIONS = {"QJ_GROUP": (64,)}
+KERNELS = pathlib.Path(__file__).resolve().parents[2] / "kernels"
+
+
+def kinds_of_maps():
+    """Kind of modulus or versor, but that of factors -> the -D that choose its files."""
+    kinds = {}
+    for role in ("modulus", "versor"):
+        for file in sorted(KERNELS.glob(f"*_{role}.clh")):
+            kind = file.name.removesuffix(f"_{role}.clh")
+            if kind != "factors":
+                kinds.setdefault(kind, []).append(f'-DQJ_{role.upper()}="{file.name}"')
+    return kinds
+
+
 # Programs that are compiled for these kinds of map too; the rows of these have the name behind a +.
-MAPS = {"portals": "-DQJ_PORTALS=\"portals.clh\"", "noise": "-DQJ_VERSOR=\"noise_versor.clh\"",
-        "paint": "-DQJ_PAINT=\"painted.clh\"",
-        "distance": "-DQJ_MODULUS=\"distance_modulus.clh\"", "lookup": "-DQJ_LOOKS_UP=1"}
-OF_ANY_MAP = ("portals", "noise", "paint", "distance")
+OF_ANY_MAP = {"portals": ['-DQJ_PORTALS="portals.clh"'], "paint": ['-DQJ_PAINT="painted.clh"'],
+              **kinds_of_maps()}
+MAPS = {**OF_ANY_MAP, "lookup": ["-DQJ_LOOKS_UP=1"]}
 OF_MAPS = {"field": OF_ANY_MAP, "field_queries": OF_ANY_MAP, "level_set": OF_ANY_MAP,
            "orbit_trait": OF_ANY_MAP, "ray_march": OF_ANY_MAP, "place_vertices": ("lookup",)}
 # Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
@@ -110,7 +123,12 @@ def merged(programs, folder):
     yield source("all", programs), [f"-D{option}={v}" for option, values in OPTIONS.items()
                                     for v in values]
     of_maps = source("of_maps", [program for program in programs if program.stem in OF_MAPS])
-    yield from ((of_maps, [of]) for of in MAPS.values())
+    yield from ((of_maps, defines) for defines in MAPS.values())
+
+
+def kind_of_map(defines):
+    """"+noise" where a program was built for maps with noise; "" for maps of factors."""
+    return "".join("+" + name for name, of in MAPS.items() if set(of) <= set(defines))
 
 
 def compile_for(job):
@@ -235,7 +253,7 @@ def intel_rows(ocloc, sources, amd_rows, pool):
             wrong.append(f"{device} in {precision} {defines}: ocloc refuses\n{log}")
             continue
         for name, figures in found.items():
-            kind = "".join("+" + n for n, of in MAPS.items() if of in defines)
+            kind = kind_of_map(defines)
             stems = [s for s in programs.get((precision, name), ())
                      if s.endswith(kind) and ("+" in s) == bool(kind)]
             rows += [(device, precision, stem, name, *figures) for stem in stems[:1]]
@@ -257,7 +275,7 @@ def nvidia_rows(ptxas, compiled, amd_rows, groups, pool):
         if found is None:
             wrong.append(f"{arch} in {precision} {job[3]}: ptxas refuses\n{log}")
             continue
-        kind = "".join("+" + n for n, of in MAPS.items() if of in job[3])
+        kind = kind_of_map(job[3])
         for name, (registers, frame, shared, spilled) in found.items():
             stems = [s for s in programs.get((precision, name), ())
                      if s.endswith(kind) and ("+" in s) == bool(kind)]
@@ -402,7 +420,7 @@ def main():
     programs = sorted(pathlib.Path("kernels").glob("*.cl"))
     jobs = [(program, target, double, defines, ())
             for program in programs
-            for defines in builds(program) + [[MAPS[of]] for of in OF_MAPS.get(program.stem, ())]
+            for defines in builds(program) + [MAPS[of] for of in OF_MAPS.get(program.stem, ())]
             for double in (0, 1) for target in GPUS]
     # One pair a trip, so that instructions of a loop are those of a pair.
     kernels = re.compile(r"\b(" + "|".join(kernel for kernel, _ in HOT_LOOPS.values()) + r")\(")
@@ -418,7 +436,7 @@ def main():
                  for double in (0, 1) for target in OTHERS]
         results = list(pool.map(compile_for, jobs + counted))
         amd_rows = [(target, "double" if double else "single",
-                     program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines), name)
+                     program.stem + kind_of_map(defines), name)
                     for (program, target, double, defines, further), (text, _)
                     in zip(jobs + counted, results) if target in GPUS and text and not further
                     for name in kernels_of_amd(text)]
@@ -446,7 +464,7 @@ def main():
         if target in GPUS:
             for name, (registers, scratch, local, group) in kernels_of_amd(text).items():
                 waves = occupancy(GPUS[target], registers, local, group)
-                stem = program.stem + "".join("+" + n for n, of in MAPS.items() if of in defines)
+                stem = program.stem + kind_of_map(defines)
                 rows.append((target, precision, stem, name, registers, scratch, local, waves))
                 groups[name] = min(group, 256)
     version = kept_version = next((l for l in kept_lines if l.startswith("# ptxas")), "# ptxas none")

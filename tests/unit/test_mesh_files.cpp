@@ -214,7 +214,7 @@ TEST_CASE("what vertices say of their share is read with the mesh") {
                     ContainsSubstring("no color") && ContainsSubstring("line 1"));
   CHECK_THROWS_WITH(read("color.obj", "v 0 0 0 1 1 2\n"), ContainsSubstring("the color 1 1 2"));
   CHECK_THROWS_WITH(read("color.obj", kTetrahedron, "wild"), ContainsSubstring("property"));
-  CHECK_THROWS_WITH(read("color.stl", "solid"), ContainsSubstring(".ply and .obj"));
+  CHECK_THROWS_WITH(read("color.stl", "solid"), ContainsSubstring(".obj or .ply"));
   for (const auto& [wrong, range] : {std::pair{"1.5", "from 0 to 1.5"},
                                      {"-0.25", "from -0.25 to 1"},
                                      {"nan", "no number"},

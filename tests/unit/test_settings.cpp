@@ -122,7 +122,7 @@ TEST_CASE("ranges in words, and values out of them by name") {
   CHECK(fit_setting_named("time_limit").range_text() == "more than 0");
   CHECK(fit_setting_named("target_iou").range_text() == "a number above 0, up to 1");
   CHECK(fit_setting_named("max_evaluations").range_text() == "1 or more");
-  CHECK(picture_setting_named("azimuth").range_text() == "any number");
+  CHECK(picture_setting_named("azimuth").range_text() == "any finite number");
   FitOptions options;
   options.target_iou = 0;
   CHECK_THROWS_WITH(options.validate(),

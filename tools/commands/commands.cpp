@@ -44,11 +44,9 @@ const char* const kProgramDescription =
 void describe(CommandLine& program, ChosenCommand& chosen) {
   program.root().footer(kExamples + exit_codes());
   program.version([] { return fmt::format("qjulia {}\n{}", version(), build_facts()); });
-  for (const auto add : {add_devices, add_doctor, add_fit, add_shape, add_paint, add_portals,
-                         add_surface, add_render, add_film, add_sample, add_compare, add_convert,
-                         add_explore, add_share, add_run, add_info, add_batch, add_profile}) {
-    add(program, chosen);
-  }
+#define QJULIA_ADD(name) add_##name(program, chosen);
+  QJULIA_COMMANDS(QJULIA_ADD)
+#undef QJULIA_ADD
 }
 
 }  // namespace qjulia::tools

@@ -1,29 +1,38 @@
 #pragma once
-/// The commands of the program; what each of their files includes.
+/// The list of the program's commands; what each of their files includes.
 
 #include "console/failure.hpp"
 #include "describe/options.hpp"
 #include "jobs/command.hpp"
 
+// All commands, in the order of the help: `COMMAND(fit)` stands for `add_fit`, which fit.cpp
+// defines.
+// clang-format off
+#define QJULIA_COMMANDS(COMMAND) \
+  COMMAND(devices) \
+  COMMAND(doctor) \
+  COMMAND(fit) \
+  COMMAND(shape) \
+  COMMAND(paint) \
+  COMMAND(portals) \
+  COMMAND(surface) \
+  COMMAND(render) \
+  COMMAND(film) \
+  COMMAND(sample) \
+  COMMAND(compare) \
+  COMMAND(convert) \
+  COMMAND(explore) \
+  COMMAND(share) \
+  COMMAND(run) \
+  COMMAND(info) \
+  COMMAND(batch) \
+  COMMAND(profile)
+// clang-format on
+
 namespace qjulia::tools {
 
-void add_devices(CommandLine& program, ChosenCommand& chosen);
-void add_doctor(CommandLine& program, ChosenCommand& chosen);
-void add_fit(CommandLine& program, ChosenCommand& chosen);
-void add_shape(CommandLine& program, ChosenCommand& chosen);
-void add_paint(CommandLine& program, ChosenCommand& chosen);
-void add_portals(CommandLine& program, ChosenCommand& chosen);
-void add_surface(CommandLine& program, ChosenCommand& chosen);
-void add_render(CommandLine& program, ChosenCommand& chosen);
-void add_film(CommandLine& program, ChosenCommand& chosen);
-void add_sample(CommandLine& program, ChosenCommand& chosen);
-void add_compare(CommandLine& program, ChosenCommand& chosen);
-void add_convert(CommandLine& program, ChosenCommand& chosen);
-void add_explore(CommandLine& program, ChosenCommand& chosen);
-void add_share(CommandLine& program, ChosenCommand& chosen);
-void add_run(CommandLine& program, ChosenCommand& chosen);
-void add_info(CommandLine& program, ChosenCommand& chosen);
-void add_batch(CommandLine& program, ChosenCommand& chosen);
-void add_profile(CommandLine& program, ChosenCommand& chosen);
+#define QJULIA_DECLARE(name) void add_##name(CommandLine& program, ChosenCommand& chosen);
+QJULIA_COMMANDS(QJULIA_DECLARE)
+#undef QJULIA_DECLARE
 
 }  // namespace qjulia::tools

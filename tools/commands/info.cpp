@@ -435,7 +435,7 @@ bool add_held_map(const std::string& file, const std::stop_token& stop, Answer& 
 
 /// How a file was made, if this program made it and the file says so.
 void describe_making(const InfoArguments& arguments, const std::stop_token& stop, Answer& answer) {
-  if (!can_hold_note(arguments.file)) return;
+  if (!base::can_hold_note(arguments.file)) return;
   try {
     add_making(embedded_note(arguments.file, stop).at("made_with"), arguments.file, answer);
   } catch (const InputError&) {

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/file_types.hpp"
 #include "base/text.hpp"
 #include "commands/commands.hpp"
 #include "describe/files.hpp"
@@ -111,9 +112,9 @@ void describe_paint(Command command, PaintArguments& a) {
                "such as y=1:0.1");
   command
       .file("--mesh", a.mesh, "MESH",
-            "The mesh with vertex colours: white places have all of the detail, black ones none. "
-            ".ply or .obj")
-      .offers_files({".ply", ".obj"});
+            "The mesh with vertex colours: white places have all of the detail, black ones none. " +
+                base::extension_list(base::FileContent::mesh, base::FileUse::paint))
+      .offers_files(base::extensions(base::FileContent::mesh, base::FileUse::paint));
   const auto take_property = [&a](const std::string& name) {
     if (name.empty()) throw InputError("the name is empty; name a property of the vertices");
     a.property = name;

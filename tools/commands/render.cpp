@@ -32,6 +32,10 @@ struct RenderArguments {
   ViewArguments view;
 };
 
+std::vector<std::string> picture_types() {
+  return base::extensions(base::FileContent::picture, base::FileUse::write);
+}
+
 /// Whether the picture has layers, as an .exr.
 bool is_layered(const RenderArguments& arguments) {
   return base::extension_of(arguments.output.path) == ".exr";
@@ -91,7 +95,7 @@ void draw_preview(const Device& device, const Scene& scene, const RenderArgument
 
 std::vector<base::Output> outputs_of(const RenderArguments& arguments,
                                      const std::optional<Sweep>& sweep) {
-  std::vector<base::Output> outputs{output_named("--output", arguments.output, {".png", ".exr"})};
+  std::vector<base::Output> outputs{output_named("--output", arguments.output, picture_types())};
   if (arguments.preview) outputs.push_back({"--preview", preview_path(arguments.output.path)});
   if (!arguments.layers.empty()) {
     for (const auto& path : layer_files(arguments.layers)) outputs.push_back({"--aov", path});
@@ -239,7 +243,7 @@ void describe_render(Command command, RenderArguments& a) {
           "sky, bounce, emission and background, whose sum it is, and Z, N, P, albedo, value and "
           "masks." +
               named_text("input", ".png"))
-      .offers_files({".png", ".exr"});
+      .offers_files(picture_types());
   add_view(command, a.view);
   command.word(
       "--sweep", "SWEEP", [&a](const std::string& text) { a.sweep.sweep = text; },

@@ -79,7 +79,7 @@ Found read_job(const std::string& file, const std::stop_token& stop) {
   if (extension == ".html") {
     return {job_from_json(last_job(read_map(file, stop), file), file), false, true};
   }
-  if (!can_hold_note(file)) {
+  if (!base::can_hold_note(file)) {
     throw InputError(fmt::format(
         "'{}': files of this type have no room for the command that made them; what the command "
         "prints with --json has it",

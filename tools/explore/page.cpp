@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include "base/base64.hpp"
 #include "explore/embedded_page.hpp"
+#include "explore/page_scene.hpp"
 #include "explore/page_settings.hpp"
 #include "qjulia/base/colors.hpp"
 #include "qjulia/base/version.hpp"
@@ -21,26 +23,19 @@ namespace {
 
 std::string_view file_of_page(const std::string& name) { return embedded_page().at(name); }
 
-template <class Kinds>
-std::string name_of(const Kinds& kinds) {
-  return std::visit([](const auto& kind) -> std::string { return kind.kName; }, kinds);
-}
-
-/// Whether maps of this map's kinds need the shader file.
+/// Whether the page of this map needs the shader file.
 bool is_needed(const Map& map, std::string_view file) {
-  if (file.ends_with("_modulus.glsl"))
-    return file == name_of(map.dynamics.modulus) + "_modulus.glsl";
-  if (file.ends_with("_versor.glsl")) return file == name_of(map.dynamics.versor) + "_versor.glsl";
-  if (file == "painted.glsl") return map.layers.paint.has_value();
-  if (file == "unpainted.glsl") return !map.layers.paint;
+  for (const char* ending : {"_modulus.glsl", "_versor.glsl", "painted.glsl", "portals.glsl"}) {
+    if (!file.ends_with(ending)) continue;
+    const auto chosen = shader_files(map);
+    return std::ranges::any_of(chosen, [&](const auto& one) { return one.second == file; });
+  }
   const bool has_grid = std::holds_alternative<DistanceModulus>(map.dynamics.modulus);
   if (file == "spline.glsl") return map.layers.paint || has_grid;
   for (const char* of_grid :
        {"unpack.glsl", "quarters.glsl", "widened.glsl", "coefficients.glsl"}) {
     if (file == of_grid) return has_grid;
   }
-  if (file == "portals.glsl") return !map.layers.portals.empty();
-  if (file == "without_portals.glsl") return map.layers.portals.empty();
   return file.ends_with(".glsl");
 }
 

@@ -90,21 +90,10 @@ void add_uniforms(const std::string& role, const Kind& kind, json& uniforms) {
 
 void add_portals(const std::vector<Portal>& portals, json& uniforms) {
   uniforms["portal_count"] = portals.size();
-  const auto mask_number = [](PortalMask mask) {
-    switch (mask) {
-      case PortalMask::none:
-        return 0;
-      case PortalMask::outside:
-        return 1;
-      case PortalMask::inside:
-        return -1;
-    }
-    return 0;
-  };
   for (const Portal& portal : portals) {
     json ball = list_of(portal.center), destination = list_of(portal.destination);
     ball.push_back(shader_number(portal.radius));
-    destination.push_back(mask_number(portal.mask));
+    destination.push_back(side_of(portal.mask));
     uniforms["portal_balls"].push_back(ball);
     uniforms["portal_destinations"].push_back(destination);
     const Eigen::Matrix3d matrix = portal.scale * portal.rotation.matrix();
@@ -154,16 +143,6 @@ std::vector<float> factor_values(const std::vector<Factor>& factors) {
     }
   }
   return values;
-}
-
-json shader_files(const Map& map) {
-  const auto file = [](const auto& kinds, const char* end) {
-    return std::visit([&](const auto& kind) { return kind.kName + std::string(end); }, kinds);
-  };
-  return {{"QJ_MODULUS", file(map.dynamics.modulus, "_modulus.glsl")},
-          {"QJ_VERSOR", file(map.dynamics.versor, "_versor.glsl")},
-          {"QJ_PAINT", map.layers.paint ? "painted.glsl" : "unpainted.glsl"},
-          {"QJ_PORTALS", map.layers.portals.empty() ? "without_portals.glsl" : "portals.glsl"}};
 }
 
 json rounded(const std::vector<double>& values) {
@@ -279,6 +258,16 @@ json ranges_json(const Device& device, const Map& map, const std::stop_token& st
 }
 
 }  // namespace
+
+std::map<std::string, std::string> shader_files(const Map& map) {
+  const auto file = [](const auto& kinds, const char* end) {
+    return std::visit([&](const auto& kind) { return kind.kName + std::string(end); }, kinds);
+  };
+  return {{"QJ_MODULUS", file(map.dynamics.modulus, "_modulus.glsl")},
+          {"QJ_VERSOR", file(map.dynamics.versor, "_versor.glsl")},
+          {"QJ_PAINT", map.layers.paint ? "painted.glsl" : "unpainted.glsl"},
+          {"QJ_PORTALS", map.layers.portals.empty() ? "without_portals.glsl" : "portals.glsl"}};
+}
 
 PageScene page_scene(const Device& device, const Map& map, const std::stop_token& stop) {
   const SceneTable table = scene_table(device, map, stop);

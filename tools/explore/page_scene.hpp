@@ -1,6 +1,7 @@
 #pragma once
 /// What a page that draws by itself needs of a map, as it hands it to its shaders.
 
+#include <map>
 #include <stop_token>
 #include <string>
 
@@ -8,6 +9,9 @@
 #include "qjulia/map/map.hpp"
 
 namespace qjulia::explore {
+
+/// The files that shaders of this map include by a name: "QJ_MODULUS" is that of its modulus.
+std::map<std::string, std::string> shader_files(const Map& map);
 
 struct PageScene {
   std::string json;

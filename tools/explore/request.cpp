@@ -307,7 +307,8 @@ MakeRequest read_make(Query query) {
   }
   made.view = view_of(query, fmt::format("{}, {}", names_of(make_parts()), names_of(parts())));
   const PictureOptions& picture = made.view.picture;
-  const bool is_printed = made.extension == ".stl" || made.extension == ".3mf";
+  const bool is_printed =
+      base::has_type("made" + made.extension, base::FileContent::mesh, base::FileUse::print);
   if (is_printed && !picture.cuts.empty()) {
     throw InputError(
         "a set that is cut open is not closed, and cannot be printed: set x, y and z under 'Cut "

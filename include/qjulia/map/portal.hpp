@@ -25,6 +25,11 @@ constexpr std::array<Word<PortalMask>, 3> words(PortalMask /*of*/) {
            {PortalMask::inside, "inside"}}};
 }
 
+/// The side of the points that a mask takes, as devices have it: 1 outside, -1 inside, 0 for all.
+constexpr int side_of(PortalMask mask) {
+  return mask == PortalMask::outside ? 1 : mask == PortalMask::inside ? -1 : 0;
+}
+
 /// Where |q − center| < radius, R(q) = destination + scale · rotation (x − center), with q = (x,
 /// W), and W is scaled too. All in map coordinates, centre and destination with W = 0.
 struct Portal {

@@ -137,12 +137,6 @@ nlohmann::json text_note(std::string_view text) {
 
 }  // namespace
 
-bool can_hold_note(const std::filesystem::path& path) {
-  constexpr std::array kExtensions = {".png",  ".exr", ".glb", ".ply", ".obj",
-                                      ".usda", ".3mf", ".vti", ".vdb"};
-  return std::ranges::find(kExtensions, base::extension_of(path)) != kExtensions.end();
-}
-
 nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_token& stop) {
   // Notes stand before pixels, vertices and values.
   constexpr std::uint64_t kLongestBeginning = std::uint64_t{1} << 20;
@@ -155,7 +149,7 @@ nlohmann::json embedded_note(const std::filesystem::path& path, const std::stop_
       json = picture_note(bytes);
     } else if (bytes.starts_with("glTF")) {
       json = scene_note(bytes);
-    } else if (can_hold_note(path)) {
+    } else if (base::can_hold_note(path)) {
       json = text_note(unwrapped(std::move(bytes), base::extension_of(path)));
     }
   } catch (const nlohmann::json::exception&) {

@@ -7,10 +7,6 @@
 
 namespace qjulia::tools {
 
-/// Whether files of this name can hold a note: pictures (.png), meshes but .stl and .off, .vti and
-/// .vdb.
-bool can_hold_note(const std::filesystem::path& path);
-
 /// The note that commands leave in what they write: in a .png a tEXt chunk, in a .glb
 /// asset.extras.made_with, in other files comments or metadata.
 /// @return the note under "made_with", and "width" and "height" of a picture or "vertices" and
