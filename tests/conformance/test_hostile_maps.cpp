@@ -484,7 +484,7 @@ TEST_CASE("hostile numbers for maps and knobs are refused by name") {
       takes(is_valid, "with_knobs", named,
             [&] { with_knobs(map_device(), map, changed(MapKnobs{}, change)).validate(); });
     };
-    knob(false, x == 1e-300 ? "the map's log_scale" : "detail", [&](auto& k) { k.detail = x; });
+    knob(false, "detail", [&](auto& k) { k.detail = x; });
     knob(x == -1, "phase", [&](auto& k) { k.phase = Quaternion{x, 0, 0, 0}; });
     knob(is_near(x), "slice", [&](auto& k) { k.slice = x; });
     knob(std::isfinite(x) && v.norm() > 1e-100, "rotate", [&](auto& k) {
