@@ -30,11 +30,8 @@ double half_area(const Bounds& box) {
 class Builder {
  public:
   Builder(const TriangleMesh& mesh, double accuracy, std::stop_token stop, Bvh& bvh)
-      : mesh_(mesh),
-        accuracy_(accuracy),
-        stop_(std::move(stop)),
-        bvh_(bvh),
-        order_(mesh.triangles.size()) {
+      : mesh_(mesh), accuracy_(accuracy), stop_(std::move(stop)), bvh_(bvh), order_(bvh.order) {
+    order_.resize(mesh.triangles.size());
     std::iota(order_.begin(), order_.end(), 0U);
     for (const auto& triangle : mesh.triangles) {
       Bounds box;
@@ -177,8 +174,8 @@ class Builder {
   double accuracy_;
   std::stop_token stop_;
   Bvh& bvh_;
-  std::vector<std::uint32_t> order_;  ///< triangles, as the leaves will have them
-  std::vector<Bounds> boxes_;         ///< one for each triangle
+  std::vector<std::uint32_t>& order_;  ///< triangles, as the leaves will have them
+  std::vector<Bounds> boxes_;          ///< one for each triangle
 };
 
 }  // namespace

@@ -134,15 +134,19 @@ TriangleTree::Nearest TriangleTree::nearest(const Eigen::Vector3d& p, double sla
   const double lengthened = (1 + slack) * (1 + slack);
   Eigen::Vector3d position = p;
   double best = kInfinity;  // squared distance
+  const double* of = bvh_.triangles.data();
   visit_leaves(
       bvh_, best, [&](std::size_t node) { return lengthened * squared_bound(p, node); },
       [&](const double* triangle) {
         const Eigen::Vector3d x = nearest_on_triangle(p, triangle);
         const double square = (x - p).squaredNorm();
-        if (square < best) position = x;
-        best = std::min(best, square);
+        if (!(square < best)) return;
+        position = x;
+        of = triangle;
+        best = square;
       });
-  return {position, std::sqrt(best)};
+  const auto place = static_cast<std::size_t>(of - bvh_.triangles.data()) / QJ_TRIANGLE_REALS;
+  return {position, std::sqrt(best), bvh_.order.empty() ? 0 : bvh_.order[place]};
 }
 
 double TriangleTree::first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,

@@ -20,7 +20,8 @@ class TriangleTree {
 
   struct Nearest {
     Eigen::Vector3d position;
-    double distance;  ///< infinite if the mesh has no triangle
+    double distance;           ///< infinite if the mesh has no triangle
+    std::size_t triangle = 0;  ///< the mesh's, in which the position lies
   };
   /// The point of the mesh nearest to `p`, or one that is farther away by at most the share
   /// `slack`. All triangles of a ball are about equally near to its middle; with a little slack,

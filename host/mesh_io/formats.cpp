@@ -107,10 +107,12 @@ const std::array kFormats = {
                .write =
                    [](const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) {
                      write_glb(mesh, how.name, how.options.note, how.up(),
-                               how.options.metres_per_unit.value_or(1), how.options.map, out);
+                               how.options.metres_per_unit.value_or(1), how.options.map,
+                               how.texture, out);
                    },
                .up = UpAxis::y,
-               .has_colors = true},
+               .has_colors = true,
+               .has_texture = true},
     MeshFormat{.extension = ".gltf", .read = without_shares<read_gltf>, .up = UpAxis::y},
     MeshFormat{.extension = ".3mf",
                .read = without_shares<read_3mf>,

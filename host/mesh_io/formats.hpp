@@ -9,6 +9,7 @@
 
 #include "mesh_io/mesh_file.hpp"
 #include "qjulia/mesh/mesh.hpp"
+#include "qjulia/mesh/texture.hpp"
 
 namespace qjulia::shape {
 
@@ -17,6 +18,7 @@ struct MeshWriting {
   const MeshFileOptions& options;
   std::string name;        ///< the object's
   std::string material{};  ///< the file name of an .obj's material; empty: none
+  const MeshTexture* texture = nullptr;
   UpAxis up() const { return options.up.value_or(UpAxis::z); }
 };
 
@@ -28,6 +30,7 @@ struct MeshFormat {
   void (*write)(const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) = nullptr;
   std::optional<UpAxis> up{};  ///< the axis that points up; none where the format defines none
   bool has_colors = false;     ///< written with the colours of vertices
+  bool has_texture = false;    ///< written with pictures
 };
 
 /// The format of a mesh file. @pre the table of file types has the extension as a mesh

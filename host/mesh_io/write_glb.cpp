@@ -19,79 +19,142 @@ constexpr int kUnsignedInt = 5125;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementArrayBuffer = 34963;
 
-nlohmann::json accessor(int view, int type, std::size_t count, const char* shape) {
-  return {{"bufferView", view}, {"componentType", type}, {"count", count}, {"type", shape}};
-}
-
 /// A node's rotation: x, y, z, w.
 nlohmann::json rotation(UpAxis up) {
   const Eigen::Quaterniond q(quarter_turns(up, UpAxis::y));
   return {q.x(), q.y(), q.z(), q.w()};
 }
 
+/// The binary buffer of a file, and what the JSON says of its parts.
+class Buffer {
+ public:
+  /// Room for `count` vectors of `components` numbers of this type; `add` writes them.
+  /// @return the index of the accessor
+  int accessor(int component, std::size_t size, std::size_t components, std::size_t count,
+               const char* shape, int target) {
+    accessors.push_back({{"bufferView", view(size * components * count)},
+                         {"componentType", component},
+                         {"count", count},
+                         {"type", shape}});
+    views.back()["target"] = target;
+    return static_cast<int>(accessors.size()) - 1;
+  }
+
+  /// A picture's bytes. @return the index of the texture
+  int texture(const std::string& png) {
+    images.push_back({{"bufferView", view(png.size())}, {"mimeType", "image/png"}});
+    textures.push_back({{"source", images.size() - 1}, {"sampler", 0}});
+    return static_cast<int>(textures.size()) - 1;
+  }
+
+  std::size_t bytes = 0;  ///< a multiple of 4
+  nlohmann::json views = nlohmann::json::array(), accessors = views, images = views,
+                 textures = views;
+
+ private:
+  /// @return the index of a new view of so many bytes. Views begin at multiples of 4.
+  std::size_t view(std::size_t length) {
+    views.push_back({{"buffer", 0}, {"byteOffset", bytes}, {"byteLength", length}});
+    bytes += length + (4 - length % 4) % 4;
+    return views.size() - 1;
+  }
+};
+
 /// Neither metal nor glossy.
-nlohmann::json plain_material() {
-  return {{"name", "vertex colours"},
+nlohmann::json plain_material(const char* name) {
+  return {{"name", name},
           {"pbrMetallicRoughness",
            {{"baseColorFactor", {1, 1, 1, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.7}}}};
 }
 
-/// The JSON that describes a buffer of indices, positions, normals and colours, in this order.
-nlohmann::json description(const TriangleMesh& mesh, const std::string& name,
-                           const nlohmann::json& node, std::size_t bytes) {
-  const std::size_t indices = 12 * mesh.triangles.size();
-  const std::size_t positions = 12 * mesh.vertices.size();
-  const auto view = [](std::size_t offset, std::size_t length, int target) -> nlohmann::json {
-    return {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}, {"target", target}};
+nlohmann::json textured_material(const MeshTexture& texture, Buffer& buffer) {
+  nlohmann::json material = plain_material("baked");
+  if (!texture.color.empty()) {
+    material["pbrMetallicRoughness"]["baseColorTexture"] = {
+        {"index", buffer.texture(texture.color)}};
+  }
+  material["normalTexture"] = {{"index", buffer.texture(texture.normal)}};
+  return material;
+}
+
+/// The JSON that describes a buffer of indices, positions, normals, and colours or places in
+/// pictures and these, in this order.
+nlohmann::json description(const TriangleMesh& mesh, const MeshTexture* texture,
+                           const std::string& name, const nlohmann::json& node, Buffer& buffer) {
+  constexpr std::size_t kReal = 4;
+  const std::size_t vertices = mesh.vertices.size();
+  const auto vectors = [&](std::size_t components, const char* shape) {
+    return buffer.accessor(kFloat, kReal, components, vertices, shape, kArrayBuffer);
   };
-  nlohmann::json views = {view(0, indices, kElementArrayBuffer),
-                          view(indices, positions, kArrayBuffer)};
+  nlohmann::json primitive = {{"mode", 4}};
+  primitive["indices"] = buffer.accessor(kUnsignedInt, kReal, 1, 3 * mesh.triangles.size(),
+                                         "SCALAR", kElementArrayBuffer);
+  nlohmann::json& attributes = primitive["attributes"];
+  attributes["POSITION"] = vectors(3, "VEC3");
   const Box box = mesh.box();
-  const Eigen::Vector3f low = box.low.cast<float>();
-  const Eigen::Vector3f high = box.high.cast<float>();
-  nlohmann::json accessors = {accessor(0, kUnsignedInt, 3 * mesh.triangles.size(), "SCALAR"),
-                              accessor(1, kFloat, mesh.vertices.size(), "VEC3")};
-  accessors[1]["min"] = {low.x(), low.y(), low.z()};
-  accessors[1]["max"] = {high.x(), high.y(), high.z()};
-  nlohmann::json attributes = {{"POSITION", 1}};
-  if (!mesh.normals.empty()) {
-    views.push_back(view(indices + positions, positions, kArrayBuffer));
-    accessors.push_back(accessor(2, kFloat, mesh.vertices.size(), "VEC3"));
-    attributes["NORMAL"] = 2;
-  }
-  nlohmann::json primitive = {{"indices", 0}, {"mode", 4}};
+  const Eigen::Vector3f low = box.low.cast<float>(), high = box.high.cast<float>();
+  buffer.accessors.back()["min"] = {low.x(), low.y(), low.z()};
+  buffer.accessors.back()["max"] = {high.x(), high.y(), high.z()};
+  if (!mesh.normals.empty()) attributes["NORMAL"] = vectors(3, "VEC3");
+  nlohmann::json scene = {{"asset", {{"version", "2.0"}, {"generator", "qjulia"}}},
+                          {"scene", 0},
+                          {"scenes", {{{"nodes", {0}}}}},
+                          {"nodes", nlohmann::json::array({node})}};
   if (!mesh.colors.empty()) {
-    const std::size_t length = 4 * mesh.colors.size();
-    attributes["COLOR_0"] = accessors.size();
-    accessors.push_back(
-        accessor(static_cast<int>(views.size()), kUnsignedByte, mesh.colors.size(), "VEC4"));
-    accessors.back()["normalized"] = true;
-    views.push_back(view(bytes - length, length, kArrayBuffer));
-    primitive["material"] = 0;
+    attributes["COLOR_0"] = buffer.accessor(kUnsignedByte, 1, 4, vertices, "VEC4", kArrayBuffer);
+    buffer.accessors.back()["normalized"] = true;
+    scene["materials"] = nlohmann::json::array({plain_material("vertex colours")});
   }
-  primitive["attributes"] = attributes;
-  nlohmann::json scene = {
-      {"asset", {{"version", "2.0"}, {"generator", "qjulia"}}},
-      {"scene", 0},
-      {"scenes", {{{"nodes", {0}}}}},
-      {"nodes", nlohmann::json::array({node})},
-      {"meshes", {{{"name", name}, {"primitives", nlohmann::json::array({primitive})}}}},
-      {"buffers", {{{"byteLength", bytes}}}},
-      {"bufferViews", views},
-      {"accessors", accessors}};
-  if (!mesh.colors.empty()) scene["materials"] = nlohmann::json::array({plain_material()});
+  if (texture != nullptr) {
+    attributes["TEXCOORD_0"] = vectors(2, "VEC2");
+    scene["materials"] = nlohmann::json::array({textured_material(*texture, buffer)});
+    // Reduced copies of the pictures would mix triangles that are no neighbours.
+    constexpr int kLinear = 9729, kClampToEdge = 33071;
+    scene["samplers"] = {{{"magFilter", kLinear},
+                          {"minFilter", kLinear},
+                          {"wrapS", kClampToEdge},
+                          {"wrapT", kClampToEdge}}};
+    scene["images"] = buffer.images;
+    scene["textures"] = buffer.textures;
+  }
+  if (scene.contains("materials")) primitive["material"] = 0;
+  scene["meshes"] = {{{"name", name}, {"primitives", nlohmann::json::array({primitive})}}};
+  scene["buffers"] = {{{"byteLength", buffer.bytes}}};
+  scene["bufferViews"] = buffer.views;
+  scene["accessors"] = buffer.accessors;
   return scene;
+}
+
+/// The mesh with three vertices for each triangle, without colours.
+TriangleMesh split(const TriangleMesh& mesh) {
+  TriangleMesh all;
+  for (const Triangle& triangle : mesh.triangles) {
+    const auto first = static_cast<std::uint32_t>(all.vertices.size());
+    all.triangles.push_back({first, first + 1, first + 2});
+    for (const std::uint32_t v : triangle) {
+      all.vertices.push_back(mesh.vertices[v]);
+      all.normals.push_back(mesh.normals[v]);
+    }
+  }
+  return all;
+}
+
+void add_picture(const std::string& png, RecordStream& file) {
+  file.print("{}{}", png, std::string((4 - png.size() % 4) % 4, '\0'));
 }
 
 }  // namespace
 
-void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
-               UpAxis up, double scale, const std::string& map, std::ostream& out) {
-  const std::size_t vectors = mesh.vertices.size() + mesh.normals.size();
-  const std::size_t bytes = 12 * (mesh.triangles.size() + vectors) + 4 * mesh.colors.size();
+void write_glb(const TriangleMesh& whole, const std::string& name, const std::string& note,
+               UpAxis up, double scale, const std::string& map, const MeshTexture* texture,
+               std::ostream& out) {
+  const TriangleMesh parted = texture != nullptr ? split(whole) : TriangleMesh();
+  const TriangleMesh& mesh = texture != nullptr ? parted : whole;
+  Buffer buffer;
   nlohmann::json node = {{"name", name}, {"mesh", 0}, {"rotation", rotation(up)}};
   if (scale != 1) node["scale"] = {scale, scale, scale};
-  nlohmann::json about = description(mesh, name, node, bytes);
+  nlohmann::json about = description(mesh, texture, name, node, buffer);
+  const std::size_t bytes = buffer.bytes;
   if (!note.empty()) about["asset"]["extras"] = {{"made_with", note}};
   // File names in the note may hold any bytes.
   std::string json = about.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -120,6 +183,13 @@ void write_glb(const TriangleMesh& mesh, const std::string& name, const std::str
   const auto linear = [](std::uint8_t c) { return base::byte_of(base::srgb_decoded(c / 255.0)); };
   for (const auto& [red, green, blue] : mesh.colors) {
     file.add(std::array{linear(red), linear(green), linear(blue), kOpaque});
+  }
+  if (texture != nullptr) {
+    for (const Eigen::Vector2f& place : texture->places) {
+      for (const float c : place) file.add(c);
+    }
+    if (!texture->color.empty()) add_picture(texture->color, file);
+    add_picture(texture->normal, file);
   }
   if (map.empty()) return;
   add(map_data.size());

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "qjulia/mesh/mesh.hpp"
+#include "qjulia/mesh/texture.hpp"
 
 namespace qjulia::shape {
 
@@ -11,8 +12,11 @@ namespace qjulia::shape {
 /// Colours are linear, as the format wants them, and have a material that shows them as they are.
 /// @param note stands under asset.extras.made_with, unless empty. @param scale of the node: metres
 /// in a unit of the mesh. @param map stands in a chunk of its own after the buffer, unless empty.
+/// @param texture null: none. With one, vertices are written for each triangle anew, because each
+/// has places of its own in the pictures, and colours are left out.
 /// @throws OutputError beyond 4 GiB, which the format cannot hold.
 void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
-               UpAxis up, double scale, const std::string& map, std::ostream& out);
+               UpAxis up, double scale, const std::string& map, const MeshTexture* texture,
+               std::ostream& out);
 
 }  // namespace qjulia::shape

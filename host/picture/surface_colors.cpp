@@ -5,12 +5,8 @@
 #include <cmath>
 #include <span>
 
-#include "base/srgb.hpp"
-#include "map/device_map.hpp"
-#include "picture/material_traits.hpp"
-#include "picture/orbit_traits.hpp"
+#include "picture/point_traits.hpp"
 #include "qjulia/base/error.hpp"
-#include "qjulia/map/field.hpp"
 #include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
@@ -42,20 +38,16 @@ std::vector<double> widths_of(const TriangleMesh& mesh, const ShapeToMap& to_map
 }
 
 /// What the material shows at each vertex, for balls of these diameters, map units.
-std::vector<float> vertex_traits(const OrbitsTell& orbits, const Coloring& coloring,
-                                 const TriangleMesh& mesh, const std::vector<double>& widths,
+std::vector<float> vertex_traits(const PointTraits& traits_at, const TriangleMesh& mesh,
+                                 const std::vector<double>& widths,
                                  const ProgressMonitor& monitor) {
   std::vector<float> traits;
   for (std::size_t first = 0; first < widths.size(); first += kVerticesAtOnce) {
     const std::size_t count = std::min(kVerticesAtOnce, widths.size() - first);
     monitor.report({"colouring the surface",
                     static_cast<double>(first) / static_cast<double>(widths.size()), -1, ""});
-    std::vector<Eigen::Vector3d> points;
-    for (std::size_t v = first; v < first + count; ++v) {
-      points.push_back(coloring.to_scene.to_map(mesh.vertices[v]));
-    }
-    const std::vector<float> found =
-        material_traits(orbits, coloring, points, std::span(widths).subspan(first, count));
+    const std::vector<float> found = traits_at(std::span(mesh.vertices).subspan(first, count),
+                                               std::span(widths).subspan(first, count));
     traits.insert(traits.end(), found.begin(), found.end());
   }
   return traits;
@@ -93,15 +85,6 @@ double abrupt_share_of(const TriangleMesh& mesh, const std::vector<VertexColor>&
          static_cast<double>(std::max<std::size_t>(1, 3 * mesh.triangles.size()));
 }
 
-VertexColor vertex_color(const Palette& palette, double share) {
-  const Rgb color = color_at(palette, share);
-  VertexColor bytes;
-  for (std::size_t c = 0; c < bytes.size(); ++c) {
-    bytes[c] = base::byte_of(base::srgb_encoded(color[static_cast<Eigen::Index>(c)]));
-  }
-  return bytes;
-}
-
 }  // namespace
 
 void SurfaceColorOptions::validate() const {
@@ -123,32 +106,26 @@ SurfaceColors surface_colors(const Device& device, const Map& map, const Triangl
   SurfaceColors found;
   if (mesh.vertices.empty()) return found;
   const TraceStage stage(monitor.trace, "colour the surface");
-  const Coloring coloring{options.material, direction(map.frame.up.value_or(kDefaultUp)),
-                          map.frame.shape_to_map};
-  const map::DeviceMap device_map(
-      device, map, find_stop_radii(device, map, options.escape, monitor.stop), options.precision);
-  const OrbitsTell orbits = [&](const auto& points, auto widths) {
-    return orbit_traits(device_map, points, widths, options.iterations, options.material,
-                        monitor.stop);
-  };
+  const PointTraits traits_at(device, map, options, monitor.stop);
+  const ShapeToMap& to_map = map.frame.shape_to_map;
   const std::vector<float> traits =
-      vertex_traits(orbits, coloring, mesh, widths_of(mesh, coloring.to_scene), monitor);
+      vertex_traits(traits_at, mesh, widths_of(mesh, to_map), monitor);
   found.range = options.range ? *options.range : range_over(traits, options.material);
   const auto colors_of = [&](const std::vector<float>& values) {
     std::vector<VertexColor> colors;
     colors.reserve(values.size());
     for (const float value : values) {
-      colors.push_back(vertex_color(options.palette, share_of(found.range, double{value})));
+      colors.push_back(vertex_color(options.palette, found.range, value));
     }
     return colors;
   };
   found.colors = colors_of(traits);
   // What a vertex stands for averages a pattern that is finer.
   const TriangleMesh sample = sample_of(mesh);
-  const double pixel = coloring.to_scene.scale * mesh.box().diagonal() / kPixels;
+  const double pixel = to_map.scale * mesh.box().diagonal() / kPixels;
   const std::vector<double> widths(sample.vertices.size(), pixel);
   found.abrupt_share =
-      abrupt_share_of(sample, colors_of(vertex_traits(orbits, coloring, sample, widths, monitor)));
+      abrupt_share_of(sample, colors_of(vertex_traits(traits_at, sample, widths, monitor)));
   return found;
 }
 

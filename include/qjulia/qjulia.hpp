@@ -44,6 +44,8 @@
 #include "qjulia/mesh/painted_mesh.hpp"
 #include "qjulia/mesh/radial_spread.hpp"
 #include "qjulia/mesh/shape.hpp"
+#include "qjulia/mesh/texture.hpp"
+#include "qjulia/picture/bake_texture.hpp"
 #include "qjulia/picture/look.hpp"
 #include "qjulia/picture/picture.hpp"
 #include "qjulia/picture/picture_settings.hpp"

@@ -353,3 +353,44 @@ TEST_CASE("hostile numbers for meshes are refused by name, or measure nothing") 
     CHECK(std::abs(direction(axis)[axis_number(axis)]) == 1);
   }
 }
+
+TEST_CASE("textures that are broken are refused") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder / "textured.glb";
+  TriangleMesh mesh = shapes::sphere(1);
+  const Map map = good_map();
+  const auto bake = [&](const TriangleMesh& on, int size) {
+    return bake_texture(mesh_device(), map, on, on, {.size = size});
+  };
+  refuses("bake_texture", "needs meshes with triangles and with normals", [&] { bake(mesh, 256); });
+  mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::UnitZ());
+  for (const int size : {-1, 0, 63, 8193, std::numeric_limits<int>::max()}) {
+    refuses("bake_texture", "size", [&] { bake(mesh, size); });
+    refuses("validate", "size", [&] { TextureOptions{.size = size}.validate(); });
+  }
+  for (const OddMesh& odd : odd_meshes()) {
+    INFO(odd.name);
+    TriangleMesh with_normals = odd.mesh;
+    with_normals.normals.assign(odd.mesh.vertices.size(), Eigen::Vector3f::UnitZ());
+    survives("bake_texture", "a mesh may have no triangle, and may be refused",
+             [&] { bake(with_normals, 256).validate(with_normals); });
+  }
+  const MeshTexture texture = bake(mesh, 256);
+  accepts("write_textured_mesh", [&] {
+    write_textured_mesh(mesh, texture, path);
+    return std::filesystem::file_size(path) > texture.normal.size();
+  });
+  const auto refused = [&](const char* named, const auto& change) {
+    const MeshTexture broken = changed(texture, change);
+    refuses("validate", named, [&] { broken.validate(mesh); });
+    refuses("write_textured_mesh", named, [&] { write_textured_mesh(mesh, broken, path); });
+  };
+  refused("three for each", [](MeshTexture& t) { t.places.pop_back(); });
+  refused("no picture of normals", [](MeshTexture& t) { t.normal.clear(); });
+  refused("no .png", [](MeshTexture& t) { t.color = "GIF89a"; });
+  for (const float x : {-0.1F, 1.1F, std::numeric_limits<float>::quiet_NaN()}) {
+    refused("give 0 to 1", [&](MeshTexture& t) { t.places[1].y() = x; });
+  }
+  refuses("write_textured_mesh", "written as .glb",
+          [&] { write_textured_mesh(mesh, texture, folder / "textured.ply"); });
+}

@@ -24,6 +24,7 @@
 #include "describe/setting_option.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/map_file.hpp"
+#include "qjulia/picture/bake_texture.hpp"
 #include "qjulia/picture/picture.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 #include "qjulia/picture/surface_colors.hpp"
@@ -51,6 +52,7 @@ struct SurfaceArguments {
   Material material = Material::clay;  ///< of the vertices' colours; clay: none
   std::optional<std::string> palette;
   std::optional<MaterialRange> range;
+  std::optional<int> texture;  ///< pixels of its sides
   std::optional<Option> palette_option;
   std::optional<Option> range_option;
 };
@@ -114,6 +116,19 @@ void check_colors(const SurfaceArguments& arguments) {
   SurfaceColorOptions{.range = arguments.range}.validate();
 }
 
+/// @throws InputError where a texture is asked for that the file cannot hold, or that cuts would
+///   tear.
+void check_texture(const SurfaceArguments& arguments) {
+  if (!arguments.texture) return;
+  if (base::extension_of(arguments.output.path) != ".glb") {
+    throw InputError(fmt::format("--texture: {} files hold no pictures; write .glb",
+                                 base::extension_of(arguments.output.path)));
+  }
+  if (!arguments.selection.cuts.empty()) {
+    throw InputError("--texture: cut faces have no place in it; leave --cut out");
+  }
+}
+
 /// How the mesh is coloured.
 SurfaceColorOptions color_options(const SurfaceArguments& arguments) {
   const SurfaceOptions& options = arguments.options;
@@ -160,7 +175,7 @@ bool streams(const SurfaceArguments& arguments) {
   const Selection& selection = arguments.selection;
   return base::extension_of(arguments.output.path) == ".ply" && !selection.largest_component &&
          selection.min_component.value_or(0) == 0 && selection.cuts.empty() &&
-         !arguments.print.is_any() && !has_colors(arguments);
+         !arguments.print.is_any() && !has_colors(arguments) && !arguments.texture;
 }
 
 /// Straight to the file; the mesh is never in memory.
@@ -186,14 +201,35 @@ WrittenSurface stream(const SurfaceArguments& arguments, const Device& device, c
   return written;
 }
 
-/// Colours of a mesh whose coordinates are `scale` times those of the map's set.
-SurfaceColors colors_of(const SurfaceArguments& arguments, const Device& device, const Map& map,
-                        const TriangleMesh& mesh, double scale, const ProgressMonitor& monitor) {
-  const SurfaceColorOptions wanted = color_options(arguments);
-  if (scale == 1) return surface_colors(device, map, mesh, wanted, monitor);
-  TriangleMesh set{mesh.vertices, mesh.triangles};
+/// A mesh whose coordinates are `scale` times those of the map's set, in the set's.
+TriangleMesh in_shape_units(const TriangleMesh& mesh, double scale) {
+  TriangleMesh set{mesh.vertices, mesh.triangles, mesh.normals};
   for (Eigen::Vector3d& x : set.vertices) x /= scale;
-  return surface_colors(device, map, set, wanted, monitor);
+  return set;
+}
+
+/// What the vertices' colours or the texture take of a mesh that has been made.
+struct Dress {
+  SurfaceColors colors;
+  std::optional<MeshTexture> texture;
+};
+
+/// @param fine the mesh as it was before triangles were taken away, shape units
+/// @param mesh the mesh to write, `scale` times as large
+Dress dress_of(const SurfaceArguments& arguments, const Device& device, const Map& map,
+               const TriangleMesh& fine, const TriangleMesh& mesh, double scale,
+               const ProgressMonitor& monitor) {
+  Dress dress;
+  if (!has_colors(arguments) && !arguments.texture) return dress;
+  const TriangleMesh set = in_shape_units(mesh, scale);
+  if (arguments.texture) {
+    TextureOptions options{.size = *arguments.texture};
+    if (has_colors(arguments)) options.colors = color_options(arguments);
+    dress.texture = bake_texture(device, map, fine, set, options, monitor);
+  } else {
+    dress.colors = surface_colors(device, map, set, color_options(arguments), monitor);
+  }
+  return dress;
 }
 
 /// Makes the mesh in memory: for formats that need their counts first, to choose among components,
@@ -207,6 +243,8 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   if (mesh.triangles.empty()) return written;
   const TraceStage stage(monitor.trace, "measure and write");
   written.loose = select_parts(mesh, arguments.selection);
+  TriangleMesh fine;
+  if (arguments.texture) fine = mesh;
   if (arguments.print.is_any()) {
     PrintOptions print = arguments.print;
     print.up = map.frame.up.value_or(kDefaultUp);
@@ -215,11 +253,9 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
     mesh = std::move(made.mesh);
     written.print = made.report;
   }
-  if (has_colors(arguments)) {
-    SurfaceColors colors = colors_of(arguments, device, map, mesh, written.print.scale, monitor);
-    mesh.colors = std::move(colors.colors);
-    written.abrupt_share = colors.abrupt_share;
-  }
+  Dress dress = dress_of(arguments, device, map, fine, mesh, written.print.scale, monitor);
+  mesh.colors = std::move(dress.colors.colors);
+  written.abrupt_share = dress.colors.abrupt_share;
   mesh = cut_open(std::move(mesh), arguments.selection, map.frame.box);
   if (is_volume(arguments)) {
     if (written.report.open_edges > 0) {
@@ -231,6 +267,8 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
     const double voxel = mesh.box().size().maxCoeff() / arguments.options.resolution;
     volume::write_level_set(mesh, voxel, about.file_turn(), {about.name, about.note},
                             arguments.output.path);
+  } else if (dress.texture) {
+    write_textured_mesh(mesh, *dress.texture, arguments.output.path, about);
   } else {
     write_mesh(mesh, arguments.output.path, about);
   }
@@ -248,6 +286,7 @@ Plan plan_surface(const SurfaceArguments& arguments) {
   arguments.options.validate();
   Plan plan{{arguments.map}, {output_named("--output", arguments.output, surface_types())}};
   check_colors(arguments);
+  check_texture(arguments);
   arguments.print.validate();
   arguments.selection.validate();
   if (!arguments.selection.cuts.empty() && (arguments.print.is_any() || is_volume(arguments))) {
@@ -386,6 +425,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
                   "low to high",
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
   a.range_option = add_setting(command, picture_setting_named("range"), &a.range);
+  command
+      .add("--texture", &a.texture, "PIXELS",
+           "Lay pictures of PIXELS x PIXELS on the mesh, which has them in its .glb: the normals "
+           "of the whole mesh, and the colours of --material in place of colours of the vertices. "
+           "With --max-triangles, a light mesh then looks like the whole one")
+      .range(TextureOptions::kLeastSize, TextureOptions::kMostSize);
   const std::string upright =
       "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
       "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "
