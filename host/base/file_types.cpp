@@ -66,7 +66,7 @@ const char* verb_of(FileUse use) {
     case FileUse::write:
       return "write";
     case FileUse::paint:
-      return "paint by";
+      return "take paint from";
     case FileUse::print:
       return "print";
   }

@@ -26,8 +26,8 @@ enum class FileContent {
 enum class FileUse {
   read,
   write,
-  paint,  ///< a mesh whose vertices can have shares of detail
-  print,  ///< a mesh that printers take: it has to be closed
+  paint,  ///< a mesh file that holds a share of detail for each vertex
+  print,  ///< a mesh file for printers, whose mesh must be closed
 };
 
 /// The word for the content, as in "map".

@@ -132,7 +132,7 @@ class Object {
   static std::string shown(const nlohmann::json& value) {
     if (value.is_array()) return fmt::format("an array of {}", value.size());
     if (value.is_object()) return "an object";
-    return value.is_string() ? "a text" : value.dump();
+    return value.is_string() ? "a string" : value.dump();
   }
 
   double number(const nlohmann::json& value, const std::string& path) const {

@@ -78,7 +78,7 @@ nlohmann::json textured_material(const MeshTexture& texture, Buffer& buffer) {
 }
 
 /// The JSON that describes a buffer of indices, positions, normals, and colours or places in
-/// pictures and these, in this order.
+/// pictures, tangents and the pictures, in this order.
 nlohmann::json description(const TriangleMesh& mesh, const MeshTexture* texture,
                            const std::string& name, const nlohmann::json& node, Buffer& buffer) {
   constexpr std::size_t kReal = 4;
@@ -107,6 +107,7 @@ nlohmann::json description(const TriangleMesh& mesh, const MeshTexture* texture,
   }
   if (texture != nullptr) {
     attributes["TEXCOORD_0"] = vectors(2, "VEC2");
+    if (!texture->tangents.empty()) attributes["TANGENT"] = vectors(4, "VEC4");
     scene["materials"] = nlohmann::json::array({textured_material(*texture, buffer)});
     // Reduced copies of the pictures would mix triangles that are no neighbours.
     constexpr int kLinear = 9729, kClampToEdge = 33071;
@@ -187,6 +188,9 @@ void write_glb(const TriangleMesh& whole, const std::string& name, const std::st
   if (texture != nullptr) {
     for (const Eigen::Vector2f& place : texture->places) {
       for (const float c : place) file.add(c);
+    }
+    for (const Eigen::Vector4f& tangent : texture->tangents) {
+      for (const float c : tangent) file.add(c);
     }
     if (!texture->color.empty()) add_picture(texture->color, file);
     add_picture(texture->normal, file);

@@ -38,7 +38,7 @@ void write(const TriangleMesh& mesh, const MeshTexture* texture, const std::file
       base::expect_type(path, base::FileContent::mesh, base::FileUse::write);
   mesh.validate();
   options.validate();
-  if (texture != nullptr && !shape::mesh_format(extension).has_texture) {
+  if (texture != nullptr && !holds_textures(path)) {
     throw InputError(fmt::format("'{}': a textured mesh is written as .glb", path.string()));
   }
   base::OutputFile file(path);
@@ -74,8 +74,12 @@ void MeshTexture::validate(const TriangleMesh& mesh) const {
     throw InputError(
         fmt::format("the texture has a place at {}, {}; give 0 to 1", place.x(), place.y()));
   }
-  for (const std::string& png : {color, normal}) {
-    if (!png.empty() && !png.starts_with("\x89PNG")) {
+  if (!tangents.empty() && tangents.size() != places.size()) {
+    throw InputError(fmt::format("the texture has {} tangents for {} places; give one for each",
+                                 tangents.size(), places.size()));
+  }
+  for (const std::string* png : {&color, &normal}) {
+    if (!png->empty() && !png->starts_with("\x89PNG")) {
       throw InputError("a picture of the texture is no .png");
     }
   }
@@ -92,6 +96,10 @@ std::optional<UpAxis> format_up(const std::filesystem::path& path) {
 
 bool holds_colors(const std::filesystem::path& path) {
   return is_mesh(path) && shape::mesh_format(base::extension_of(path)).has_colors;
+}
+
+bool holds_textures(const std::filesystem::path& path) {
+  return is_mesh(path) && shape::mesh_format(base::extension_of(path)).has_texture;
 }
 
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,

@@ -24,22 +24,15 @@ using Eigen::Matrix3d, Eigen::Vector2d, Eigen::Vector3d;
 /// the upper left half and one in the lower right. Lengths are in pixels, to the right and down.
 class Atlas {
  public:
-  Atlas(std::size_t triangles, int size) : triangles_(triangles), size_(size) {
-    const double squares = std::ceil(static_cast<double>(triangles) / 2);
+  /// @throws OptionError where the squares would be too small
+  Atlas(std::size_t triangles, int size) : triangles_(triangles) {
+    expect_texture_size(size, triangles);
+    const auto squares = static_cast<double>((triangles + 1) / 2);
     side_ = static_cast<int>(size / std::ceil(std::sqrt(squares)));
-    across_ = size / std::max(side_, 1);
-    constexpr int kLeastSide = 8;
-    if (side_ < kLeastSide) {
-      const double least = kLeastSide * std::ceil(std::sqrt(squares));
-      throw OptionError(
-          "size", fmt::format("{} pixels are too few for {} triangles; give {:.0f} or more, or a "
-                              "mesh of fewer triangles",
-                              size, triangles, least));
-    }
+    across_ = size / side_;
   }
 
-  /// The triangle that a pixel belongs to; none, or a number past the last, where the texture is
-  /// empty.
+  /// The triangle a pixel belongs to; where the texture is empty, the number of triangles or more.
   std::size_t triangle_at(int column, int row) const {
     const int i = column / side_, j = row / side_;
     if (i >= across_) return triangles_;
@@ -62,11 +55,9 @@ class Atlas {
     return {at, at + Vector2d(0, to), at + Vector2d(to, 0)};
   }
 
-  int size() const { return size_; }
-
  private:
   std::size_t triangles_;
-  int size_, side_ = 0, across_ = 0;
+  int side_ = 0, across_ = 0;
 };
 
 /// A triangle with its place in the texture and with the tangent space of its corners.
@@ -105,12 +96,22 @@ class Patch {
   Vector3d in_tangent_space(const Vector3d& normal, const Vector3d& weights) const {
     const Matrix3d frame =
         weights[0] * frames_[0] + weights[1] * frames_[1] + weights[2] * frames_[2];
-    const Vector3d found = frame.fullPivLu().solve(normal);
-    const double length = found.norm();
-    return length > 0 && std::isfinite(length) ? Vector3d(found / length) : Vector3d::UnitZ();
+    Vector3d found = frame.fullPivLu().solve(normal);
+    if (!found.allFinite()) return Vector3d::UnitZ();
+    // A normal cannot point into the triangle: the nearest point may lie on a thin wall's far side.
+    constexpr double kLeastOutward = 0.05;
+    found.normalize();
+    found.z() = std::max(found.z(), kLeastOutward);
+    return found.normalized();
   }
 
   double pixel() const { return pixel_; }  ///< the width of a pixel on the triangle, about
+
+  /// The tangent at a corner, and the bitangent's sign.
+  Eigen::Vector4f tangent(std::size_t corner) const {
+    const Eigen::Vector3f t = frames_[corner].col(0).cast<float>();
+    return {t.x(), t.y(), t.z(), 1};
+  }
 
  private:
   Vector2d origin_;
@@ -165,6 +166,18 @@ struct Row {
 
 }  // namespace
 
+void expect_texture_size(int size, std::size_t triangles) {
+  constexpr std::size_t kLeastSide = 8;  // pixels of a square
+  const std::size_t across = static_cast<std::size_t>(size) / kLeastSide;
+  if (triangles <= 2 * across * across) return;
+  const double least = kLeastSide * std::ceil(std::sqrt((triangles + 1) / 2));
+  const std::string larger =
+      least <= TextureOptions::kMostSize ? fmt::format("{:.0f} or more, or ", least) : "";
+  throw OptionError("size", fmt::format("{} pixels are too few for {} triangles; give {}a mesh of "
+                                        "at most {} triangles",
+                                        size, triangles, larger, 2 * across * across));
+}
+
 void TextureOptions::validate() const {
   base::expect_between("size", size, kLeastSize, kMostSize, "pixels");
   if (colors) colors->validate();
@@ -193,7 +206,7 @@ MeshTexture bake_texture(const Device& device, const Map& map, const TriangleMes
   constexpr std::size_t kPointsAtOnce = std::size_t{1} << 18;
   Row waiting;
   const auto color = [&] {
-    if (!traits_at || waiting.points.empty()) return;
+    if (waiting.points.empty()) return;
     const std::vector<float> traits = (*traits_at)(waiting.points, waiting.widths);
     for (std::size_t i = 0; i < traits.size(); ++i) {
       std::ranges::copy(vertex_color(options.colors->palette, range, traits[i]),
@@ -220,6 +233,7 @@ MeshTexture bake_texture(const Device& device, const Map& map, const TriangleMes
       for (std::size_t c = 0; c < 3; ++c) {
         normals.pixels[3 * pixel + c] = byte_of_normal(normal[static_cast<Eigen::Index>(c)]);
       }
+      if (!traits_at) continue;
       waiting.pixels.push_back(pixel);
       waiting.points.push_back(nearest.position);
       waiting.widths.push_back(map.frame.shape_to_map.scale * patch->pixel());
@@ -230,8 +244,11 @@ MeshTexture bake_texture(const Device& device, const Map& map, const TriangleMes
   MeshTexture texture;
   texture.places.reserve(3 * coarse.triangles.size());
   for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
-    for (const Vector2d& at : atlas.corners(t)) {
-      texture.places.emplace_back((at / options.size).cast<float>());
+    const Patch patch(coarse, t, atlas);
+    const auto corners = atlas.corners(t);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      texture.places.emplace_back((corners[i] / options.size).cast<float>());
+      texture.tangents.push_back(patch.tangent(i));
     }
   }
   texture.normal = png_bytes(normals);

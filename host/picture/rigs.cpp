@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/range_check.hpp"
 #include "picture/environment.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/picture/light.hpp"
@@ -64,6 +65,8 @@ void Lighting::validate() const {
                       fmt::format("{} are given; give {} at most", lamps.size(), Rig::kMostLamps));
   }
   for (const Lamp& lamp : lamps) lamp.validate();
+  if (lamp_turn) base::expect_finite("lamp_turn", *lamp_turn);
+  base::expect_finite("environment_turn", environment_turn);
   if (fill_color) fill_color->validate("fill_color");
   if (!environment.empty()) picture::expect_environment(environment);
 }

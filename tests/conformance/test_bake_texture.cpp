@@ -171,8 +171,13 @@ TEST_CASE("a texture without colours has normals alone, and one that is too smal
 
 TEST_CASE("a textured .glb has the pictures, and a place in them for each corner") {
   const Map map = check::unit_ball();
-  const TriangleMesh mesh = sphere_with_normals(1, outward);
-  const MeshTexture texture = bake_texture(test::shared_device(), map, mesh, mesh, {.size = 128});
+  // An odd number of triangles leaves half of the last square empty.
+  TriangleMesh mesh = sphere_with_normals(1, outward);
+  mesh.triangles.pop_back();
+  SurfaceColorOptions colors;
+  colors.material = Material::height;
+  const MeshTexture texture =
+      bake_texture(test::shared_device(), map, mesh, mesh, {.size = 128, .colors = colors});
   const test::TemporaryFolder folder;
   const std::string path = folder / "ball.glb";
   write_textured_mesh(mesh, texture, path, {});
@@ -184,15 +189,29 @@ TEST_CASE("a textured .glb has the pictures, and a place in them for each corner
   std::memcpy(&length, bytes.data() + 12, sizeof(length));
   const auto scene = nlohmann::json::parse(bytes.substr(20, length));
   const std::string buffer = bytes.substr(28 + length);
-  const auto part = [&](const nlohmann::json& view) {
-    return buffer.substr(view["byteOffset"], view["byteLength"]);
+  const auto part = [&](int view) {
+    const auto& of = scene["bufferViews"][static_cast<std::size_t>(view)];
+    return buffer.substr(of["byteOffset"], of["byteLength"]);
   };
-  CHECK(part(scene["bufferViews"][scene["images"][0]["bufferView"].get<int>()]) == texture.normal);
-  const auto& primitive = scene["meshes"][0]["primitives"][0];
-  const auto& places = scene["accessors"][primitive["attributes"]["TEXCOORD_0"].get<int>()];
-  CHECK(places["count"] == 3 * mesh.triangles.size());
-  const std::string stored = part(scene["bufferViews"][places["bufferView"].get<int>()]);
-  CHECK(std::memcmp(stored.data(), texture.places.data(), stored.size()) == 0);
-  CHECK(scene["materials"][0]["normalTexture"]["index"] == 0);
+  const auto& material = scene["materials"][0];
+  const auto picture = [&](const nlohmann::json& reference) {
+    const int texture_index = reference["index"];
+    const int image = scene["textures"][static_cast<std::size_t>(texture_index)]["source"];
+    return part(scene["images"][static_cast<std::size_t>(image)]["bufferView"]);
+  };
+  CHECK(picture(material["normalTexture"]) == texture.normal);
+  CHECK(picture(material["pbrMetallicRoughness"]["baseColorTexture"]) == texture.color);
+  CHECK(texture.normal != texture.color);
+  const auto& attributes = scene["meshes"][0]["primitives"][0]["attributes"];
+  const auto stored = [&](const char* name, const auto& expected) {
+    const auto& accessor = scene["accessors"][attributes[name].get<std::size_t>()];
+    CHECK(accessor["count"] == 3 * mesh.triangles.size());
+    const std::string found = part(accessor["bufferView"]);
+    REQUIRE(found.size() == expected.size() * sizeof(expected[0]));
+    CHECK(std::memcmp(found.data(), expected.data(), found.size()) == 0);
+  };
+  stored("TEXCOORD_0", texture.places);
+  stored("TANGENT", texture.tangents);
+  for (const Eigen::Vector4f& t : texture.tangents) CHECK(t.norm() == Catch::Approx(std::sqrt(2)));
   for (const auto& view : scene["bufferViews"]) CHECK(view["byteOffset"].get<int>() % 4 == 0);
 }

@@ -375,6 +375,21 @@ TEST_CASE("textures that are broken are refused") {
     survives("bake_texture", "a mesh may have no triangle, and may be refused",
              [&] { bake(with_normals, 256).validate(with_normals); });
   }
+  const auto with_colors = [&](const auto& change) {
+    SurfaceColorOptions colors;
+    return bake_texture(mesh_device(), map, mesh, mesh,
+                        {.size = 256, .colors = changed(colors, change)});
+  };
+  accepts("bake_texture", [&] { return !with_colors([](auto&) {}).color.empty(); });
+  refuses("bake_texture", "material",
+          [&] { with_colors([](SurfaceColorOptions& c) { c.material = Material::clay; }); });
+  refuses("bake_texture", "range", [&] {
+    with_colors([](SurfaceColorOptions& c) { c.range = MaterialRange{std::nan(""), 1}; });
+  });
+  refuses("expect_texture_size", "size", [&] { expect_texture_size(64, 129); });
+  accepts("expect_texture_size", [&] { expect_texture_size(64, 128); });
+  refuses("expect_texture_size", "size", [&] { expect_texture_size(0, ~std::size_t{0} / 2); });
+  for (const char* name : {"a.ply", "", ".glb", "a.glb.png"}) CHECK_FALSE(holds_textures(name));
   const MeshTexture texture = bake(mesh, 256);
   accepts("write_textured_mesh", [&] {
     write_textured_mesh(mesh, texture, path);
@@ -386,6 +401,7 @@ TEST_CASE("textures that are broken are refused") {
     refuses("write_textured_mesh", named, [&] { write_textured_mesh(mesh, broken, path); });
   };
   refused("three for each", [](MeshTexture& t) { t.places.pop_back(); });
+  refused("one for each", [](MeshTexture& t) { t.tangents.pop_back(); });
   refused("no picture of normals", [](MeshTexture& t) { t.normal.clear(); });
   refused("no .png", [](MeshTexture& t) { t.color = "GIF89a"; });
   for (const float x : {-0.1F, 1.1F, std::numeric_limits<float>::quiet_NaN()}) {

@@ -61,21 +61,21 @@ SCHEDULERS = 4
 LANES = 32
 # Programs that know one of these options are compiled with each of its values.
 OPTIONS = {"QJ_GROUP": (64,)}
-KERNELS = pathlib.Path(__file__).resolve().parents[2] / "kernels"
+REPOSITORY = pathlib.Path(next(a for a in sys.argv[1:] if not a.startswith("--")))
 
 
 def kinds_of_maps():
-    """Kind of modulus or versor, but that of factors -> the -D that choose its files."""
+    """Each kind of modulus or versor except `factors`, with the -D options that select its files."""
     kinds = {}
     for role in ("modulus", "versor"):
-        for file in sorted(KERNELS.glob(f"*_{role}.clh")):
+        for file in sorted((REPOSITORY / "kernels").glob(f"*_{role}.clh")):
             kind = file.name.removesuffix(f"_{role}.clh")
             if kind != "factors":
                 kinds.setdefault(kind, []).append(f'-DQJ_{role.upper()}="{file.name}"')
     return kinds
 
 
-# Programs that are compiled for these kinds of map too; the rows of these have the name behind a +.
+# Programs that are compiled for these kinds of map too; their rows end in + and the kind's name.
 OF_ANY_MAP = {"portals": ['-DQJ_PORTALS="portals.clh"'], "paint": ['-DQJ_PAINT="painted.clh"'],
               **kinds_of_maps()}
 MAPS = {**OF_ANY_MAP, "lookup": ["-DQJ_LOOKS_UP=1"]}
@@ -408,7 +408,7 @@ def main():
     if "--write" in flags and CLANG != CLANGS[0]:
         print(f"{CLANGS[0]} was not found; the table is made with it")
         return 2
-    os.chdir([a for a in sys.argv[1:] if not a.startswith("--")][0])
+    os.chdir(REPOSITORY)
     table_path = pathlib.Path("tests/lint/gpu_kernels.txt")
     header_path = pathlib.Path("host/profile/instruction_counts.hpp")
     kept_lines = table_path.read_text().splitlines()

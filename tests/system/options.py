@@ -307,8 +307,8 @@ RUNS = {
                               "--range": "0,0.2,0.5,1", "--cut": "z=90%"},
             {"--material": lambda done, value: b"property uchar red" in done.path("k.ply").read_bytes()}),
         Run("f.qjulia.json", {"--output": "m.glb", "--resolution": "16", "--metres": "0.2", "--no-map": None,
-                              "--dense": None, "--largest-component": None, "--texture": "256"},
-            {"--texture": lambda done, value: b"TEXCOORD_0" in done.path("m.glb").read_bytes()}),
+                              "--dense": None, "--largest-component": None, "--texture": "300"},
+            {"--texture": lambda done, value: struct.pack(">II", int(value), int(value)) in done.path("m.glb").read_bytes()}),
         Run("f.qjulia.json", {"--output": "h.3mf", "--resolution": "16", "--height": "40", "--flat-foot": "1",
                               "--shell": "4", "--drain": "2"},
             # Without the height there is no room for the shell, and without a shell none for a drain.

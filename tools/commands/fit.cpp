@@ -85,10 +85,11 @@ void check_files(const FitCommandArguments& arguments, const FitOptions& options
         output_named("the checkpoint of --output", {checkpoint.string(), output.must_be_new}));
   }
   if (!arguments.report.empty()) {
-    outputs.push_back({"--report", report_file(arguments), {}, true});
+    outputs.push_back({.name = "--report", .path = report_file(arguments), .makes_folder = true});
   }
   session.check_outputs({inputs, outputs});
   if (!arguments.report.empty()) {
+    // The folder must not be where another output goes, either.
     outputs.back() = {"--report", arguments.report};
     base::check_distinct({}, outputs);
   }

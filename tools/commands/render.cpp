@@ -289,10 +289,10 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
   qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
 Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The set, without
 loose pieces, stands in the middle and fills 83 % of the tighter side; a sweep or a turntable is
-framed once for all its pictures. Rings on the faces of cuts show depth. The file holds
-the map as it is drawn, with its knobs turned, so that every command that reads maps reads the
-picture too; 'qjulia run' draws it again, and 'qjulia explore' opens the view. Of a series, each picture holds its map, and the contact sheet none. The file's text chunk
-'qjulia' says how it was made.
+framed once for all its pictures. Rings on the faces of cuts show depth. A .png holds the map
+as it is drawn, with its knobs turned, so that every command that reads maps reads the picture too;
+'qjulia run' draws it again, and 'qjulia explore' opens the view. Of a series, each picture holds
+its map, and the contact sheet none. The text 'qjulia' in a .png or an .exr says how it was made.
 )") + kMapOptionsHelp,
                /*can_trace=*/true,
                /*can_profile=*/true},

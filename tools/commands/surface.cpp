@@ -116,17 +116,30 @@ void check_colors(const SurfaceArguments& arguments) {
   SurfaceColorOptions{.range = arguments.range}.validate();
 }
 
-/// @throws InputError where a texture is asked for that the file cannot hold, or that cuts would
-///   tear.
+/// @throws OptionError naming the option if a texture has too few pixels for so many triangles.
+void expect_pixels(int texture, std::size_t triangles) {
+  try {
+    expect_texture_size(texture, triangles);
+  } catch (const OptionError& error) {
+    throw OptionError("texture", error.problem());
+  }
+}
+
+/// @throws InputError where a texture is asked for that the file cannot hold, that has too few
+///   pixels for `--max-triangles`, or that what else is asked for would tear.
 void check_texture(const SurfaceArguments& arguments) {
   if (!arguments.texture) return;
-  if (base::extension_of(arguments.output.path) != ".glb") {
+  if (!holds_textures(arguments.output.path)) {
     throw InputError(fmt::format("--texture: {} files hold no pictures; write .glb",
                                  base::extension_of(arguments.output.path)));
   }
-  if (!arguments.selection.cuts.empty()) {
-    throw InputError("--texture: cut faces have no place in it; leave --cut out");
+  const PrintOptions& print = arguments.print;
+  if (!arguments.selection.cuts.empty() || print.shell || print.flat_foot) {
+    throw InputError(
+        "--texture shows the set's own surface, and cut faces, feet and inner walls have none; "
+        "leave --cut, --flat-foot and --shell out");
   }
+  if (print.max_triangles) expect_pixels(*arguments.texture, *print.max_triangles);
 }
 
 /// How the mesh is coloured.
@@ -208,24 +221,25 @@ TriangleMesh in_shape_units(const TriangleMesh& mesh, double scale) {
   return set;
 }
 
-/// What the vertices' colours or the texture take of a mesh that has been made.
+/// The vertex colours or the texture of a finished mesh.
 struct Dress {
   SurfaceColors colors;
   std::optional<MeshTexture> texture;
 };
 
-/// @param fine the mesh as it was before triangles were taken away, shape units
+/// @param fine the mesh as it was before anything was done to it, shape units; none: it is `mesh`
 /// @param mesh the mesh to write, `scale` times as large
 Dress dress_of(const SurfaceArguments& arguments, const Device& device, const Map& map,
-               const TriangleMesh& fine, const TriangleMesh& mesh, double scale,
+               const std::optional<TriangleMesh>& fine, const TriangleMesh& mesh, double scale,
                const ProgressMonitor& monitor) {
   Dress dress;
   if (!has_colors(arguments) && !arguments.texture) return dress;
   const TriangleMesh set = in_shape_units(mesh, scale);
   if (arguments.texture) {
+    expect_pixels(*arguments.texture, mesh.triangles.size());
     TextureOptions options{.size = *arguments.texture};
     if (has_colors(arguments)) options.colors = color_options(arguments);
-    dress.texture = bake_texture(device, map, fine, set, options, monitor);
+    dress.texture = bake_texture(device, map, fine ? *fine : set, set, options, monitor);
   } else {
     dress.colors = surface_colors(device, map, set, color_options(arguments), monitor);
   }
@@ -243,8 +257,8 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   if (mesh.triangles.empty()) return written;
   const TraceStage stage(monitor.trace, "measure and write");
   written.loose = select_parts(mesh, arguments.selection);
-  TriangleMesh fine;
-  if (arguments.texture) fine = mesh;
+  std::optional<TriangleMesh> fine;
+  if (arguments.texture && arguments.print.is_any()) fine = mesh;
   if (arguments.print.is_any()) {
     PrintOptions print = arguments.print;
     print.up = map.frame.up.value_or(kDefaultUp);
@@ -426,10 +440,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
                   fmt::join(palette_names(), ", "), Palette::kMostStops));
   a.range_option = add_setting(command, picture_setting_named("range"), &a.range);
   command
-      .add("--texture", &a.texture, "PIXELS",
-           "Lay pictures of PIXELS x PIXELS on the mesh, which has them in its .glb: the normals "
-           "of the whole mesh, and the colours of --material in place of colours of the vertices. "
-           "With --max-triangles, a light mesh then looks like the whole one")
+      .add(
+          "--texture", &a.texture, "PIXELS",
+          "Bake textures of PIXELS x PIXELS into the .glb: the normals of the mesh as it is before "
+          "--max-triangles, and with --material its colours, in place of colours of the vertices. "
+          "A light mesh then looks like the whole one. N triangles need at least 5.7 times the "
+          "square root of N pixels: 50,000 need 1,272")
       .range(TextureOptions::kLeastSize, TextureOptions::kMostSize);
   const std::string upright =
       "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
@@ -455,6 +471,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   qjulia surface bunny.qjulia.json -o light.glb --max-triangles 100000
   qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
   qjulia surface bunny.qjulia.json -o colours.glb --material trap --palette ember
+  qjulia surface bunny.qjulia.json -o baked.glb --max-triangles 20000 --texture 1024
 The mesh lies in the fitted shape's own coordinates; .glb, .usda,
 .stl and .3mf stand upright. Only the
 undecided shell about the surface is iterated: time grows with its volume, memory with the

@@ -6,6 +6,8 @@
 
 #include <array>
 #include <string_view>
+#include <type_traits>
+#include <variant>
 
 #include "base/file_types.hpp"
 #include "qjulia/map/knob_table.hpp"
@@ -24,6 +26,19 @@ std::string slider_text(const Setting& setting) {
                        : fmt::format("{}", fmt::join(words, ", "));
 }
 
+/// Whether a setting's value is a number or several, for which it has a range.
+bool has_numbers(const ValuePlace& place) {
+  const auto is_number = []<class Value>(const Value& /*value*/) {
+    return std::is_same_v<Value, int*> || std::is_same_v<Value, std::uint64_t*> ||
+           std::is_same_v<Value, double*> || std::is_same_v<Value, std::optional<int>*> ||
+           std::is_same_v<Value, std::optional<std::uint64_t>*> ||
+           std::is_same_v<Value, std::optional<double>*> ||
+           std::is_same_v<Value, std::optional<Eigen::Vector3d>*> ||
+           std::is_same_v<Value, DetailChoice*>;
+  };
+  return std::visit(is_number, place);
+}
+
 /// @param place of the usual value.
 void print_setting(const Setting& setting, const ValuePlace& place) {
   std::string spelling = "--" + option_of(setting, place);
@@ -34,8 +49,8 @@ void print_setting(const Setting& setting, const ValuePlace& place) {
   if (!setting.left_out.empty()) fmt::print(" Default: {}.", setting.left_out);
   if (!setting.more.empty()) fmt::print(" {}", setting.more);
   fmt::print("\n\n| range | unit | on pages | between two values |\n|---|---|---|---|\n");
-  fmt::print("| {} | {} | {} | {} |\n\n", setting.range_text(), setting.unit, slider_text(setting),
-             to_string(setting.interpolation));
+  fmt::print("| {} | {} | {} | {} |\n\n", has_numbers(place) ? setting.range_text() : "",
+             setting.unit, slider_text(setting), to_string(setting.interpolation));
 }
 
 /// Maps of the kinds that exist, as far as knobs care.

@@ -113,7 +113,7 @@ struct Setting {
   /// What is accepted; `kAboveZero` for numbers above 0.
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
-  bool may_be_infinite = false;
+  bool may_be_infinite = false;  ///< infinity is accepted where the range allows it; NaN never is
   std::vector<std::string> words{};  ///< an enumeration's, in the order of its values
   std::string automatic{};  ///< the word for an optional value that is left out, such as "auto"
   std::string left_out{};   ///< what is used then, after "Default: "

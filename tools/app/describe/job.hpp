@@ -42,11 +42,11 @@ void find_files(nlohmann::json& options, const CommandUsage& usage,
                 const std::filesystem::path& folder);
 
 /// Gives a job's options the values by which `is` differs from `was`, both as tables of settings
-/// give them: null takes an option out, and a flag is given where it is turned.
+/// give them. A null removes the option; a changed boolean becomes its flag, `name` or `no_name`.
 void set_changes(nlohmann::json& options, const nlohmann::json& was, const nlohmann::json& is);
 
-/// What a user gave for an option. Words of options that take other things than numbers, too,
-/// become numbers where JSON writes these as the same words.
+/// What a user gave for an option. A word becomes a number if `are_numbers`, or if JSON writes that
+/// number exactly as the word ("5", not "05"); otherwise it stays a string.
 nlohmann::json job_value(const std::vector<std::string>& words, bool are_numbers);
 
 nlohmann::json to_json(const Job& job);

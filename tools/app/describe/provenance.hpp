@@ -58,7 +58,7 @@ void write_layered_picture(const LayeredImage& picture, const std::filesystem::p
 /// What a map says of how its shape stands, for people. @param chosen empty: it was guessed
 std::string up_line(UpAxis up, const std::optional<UpAxis>& chosen);
 
-/// Size, samples and camera.
+/// Every setting of a picture by its name. A clay picture's `palette` is its one colour.
 nlohmann::json to_json(const PictureOptions& options);
 
 /// Energy, IoU and mean distance of the map that a fit ended with; the first two are null where it

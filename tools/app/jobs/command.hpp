@@ -48,7 +48,8 @@ Command described(CommandLine& program, ChosenCommand& chosen, const CommandText
   return command;
 }
 
-/// A command that is free to look at its files when it wants to.
+/// A command that calls `Session::check_outputs` itself, because what it writes depends on more
+/// than its arguments: of a fit on several ranks, only the first writes.
 /// @param describe adds the options that set what `run` gets, to a command in its final place; what
 ///   it returns is left.
 template <class Arguments, class Described>

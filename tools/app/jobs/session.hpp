@@ -61,8 +61,8 @@ class Session {
   }
   /// What the command was asked to make; to be called before anything else.
   void begin(Job job) { job_ = std::move(job); }
-  /// The same, with the hashes of its inputs once outputs are checked, and the device once it is
-  /// open.
+  /// The job given to `begin`. Its inputs have hashes after `check_outputs`, and it has its device
+  /// after `open_device`.
   const Job& job() const { return job_; }
   /// Checks all that a command reads and writes, with the trace, before any work. Pipes among the
   /// outputs are waited for until somebody reads them, as a shell's '>' does. @throws InputError,
@@ -86,7 +86,7 @@ class Session {
   void expect_right_results(const Device& device, const TrustedDevice& wanted);
   /// What is traced, if anything is.
   const std::shared_ptr<Trace>& trace() const { return trace_; }
-  /// No trace is written after all: another process of this run does.
+  /// Cancels the trace: another process of this run, the first rank, writes it.
   void leave_trace() { trace_ = {}; }
   /// Writes trace and profile, where they are wanted and the command came as far as
   /// `check_outputs`.
