@@ -60,6 +60,8 @@
 #include "qjulia/surface/figures.hpp"
 #include "qjulia/surface/print.hpp"
 #include "qjulia/surface/print_settings.hpp"
+#include "qjulia/surface/roughness.hpp"
+#include "qjulia/surface/roughness_target.hpp"
 #include "qjulia/surface/selection.hpp"
 #include "qjulia/surface/surface.hpp"
 #include "qjulia/surface/surface_file.hpp"

@@ -233,7 +233,8 @@ class Run:
     def __init__(self, arguments, options, shows=None, codes=(0,), keep=None, slow=False, all_settings_but=None):
         self.arguments, self.options, self.shows = arguments.split(), options, shows or {}
         self.codes, self.keep, self.slow = codes, keep, slow
-        self.all_settings_but = all_settings_but  # None: it gives no more settings than its options have
+        # Words; None: it gives no more settings than its options have.
+        self.all_settings_but = None if all_settings_but is None else all_settings_but.split()
 
     def words(self, options):
         words = list(self.arguments)
@@ -257,6 +258,9 @@ def holds(key):
 
 
 SMALL_FIT = {"--max-evaluations": "2", "--schedule": "fast"}
+# Both are reached by the detail, so that a run gives one of them.
+BY_AREA = {"--target-area": "1.05", "--target-volume": "1", "--target-resolution": "64"}
+BY_DIMENSION = {"--target-dimension": "2.02", "--target-resolution": "64"}
 KERNELS = {"--sample-points": "500", "--repeats": "2", "--kernels": "energy"}
 
 # Each run but the first of a command is quiet. What a command reads is made by those before it.
@@ -281,11 +285,14 @@ RUNS = {
             {"--resume": lambda done, value: done.json["resumed"] is False}, all_settings_but="--max-factors"),
         Run("MESH", {"--factors": "auto", "--max-factors": "8", **SMALL_FIT, "--output": "auto.qjulia.json"},
             {"--max-factors": count_of("factors", 8)}),
+        Run("MESH", {"--factors": "12", "--max-evaluations": "40", **BY_AREA, "--output": "area.qjulia.json"}),
+        Run("MESH", {"--factors": "12", "--max-evaluations": "40", **BY_DIMENSION, "--output": "area.qjulia.json"}),
     ],
     "shape": [
         Run("MESH", {"--output": "e.qjulia.json", "--versor": "random:8:2"},
             all_settings_but=""),
-        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32"}),
+        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32", **BY_AREA}),
+        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32", **BY_DIMENSION}),
     ],
     "paint": [
         Run("f.qjulia.json", {"--output": "p.qjulia.json", "--ball": "1 0 0 0.3 0.5", "--block": "0 0 0 1 1 1 0.2",
@@ -357,9 +364,13 @@ RUNS = {
             {"--size": lambda done, value: note_of(done.path("c.png"))["picture"]["size"] == "16x12"}),
         Run("f.qjulia.json MESH", {"--resolution": "16", "--limbs": None},
             {"--limbs": lambda done, value: done.json["metrics"][0]["limbs"] >= 0}),
+        Run("f.qjulia.json MESH", {"--resolution": "32", "--roughness": None},
+            {"--roughness": lambda done, value: done.json["roughness"]["scales"]}),
     ],
     "convert": [
         Run("f.qjulia.json c.qjulia.json", {}),
+        Run("area.qjulia.json r.qjulia.json", BY_AREA),
+        Run("area.qjulia.json r.qjulia.json", BY_DIMENSION),
         Run("f.qjulia.json d.qjulia.json", {"--portals": "portals.txt"}, {"--portals": holds("portals")}),
         # The map has nine.
         Run("f.qjulia.json g.qjulia.json", {"--factors-at-most": "9"}, {"--factors-at-most": count_of("factors", 9)}),
@@ -378,6 +389,7 @@ RUNS = {
             {"--check-precision": lambda done, value: done.json["precision"]["points"] > 0}),
         Run("l.stl", {"--printable": None, "--nozzle": "0.6"}, {"--printable": lambda done, value: done.json["printable"]}),
         Run("l.stl", {"--printable": None, "--min-wall": "0.5"}),
+        Run("l.stl", {"--roughness": None}, {"--roughness": lambda done, value: done.json["porosity"]["share"] >= 0}),
     ],
     "explore": [
         Run("u.qjulia.json", {"--port": "PORT", "--host": "localhost", "--open": None, "--keep-loose": None}),
@@ -583,7 +595,7 @@ class Bench:
         run = RUNS[command][number]
         options = dict(run.options)
         if run.all_settings_but is not None:
-            wanted = [name for name in self.settings(command) if name != run.all_settings_but]
+            wanted = [name for name in self.settings(command) if name not in run.all_settings_but and name not in {**BY_AREA, **BY_DIMENSION}]
         else:
             given = {name for each in RUNS[command] for name in each.options}
             wanted = [name for name in self.settings(command) if name not in given] if number == 0 else []
@@ -701,7 +713,7 @@ class Bench:
 
     def knobs(self):
         """The options of a map: what 'convert' takes but for its own."""
-        own = ("--portals", "--factors-at-most", "--up", "--device", "--layout", "--trust-device")
+        own = ("--portals", "--factors-at-most", "--up", "--device", "--layout", "--trust-device", *BY_AREA, *BY_DIMENSION)
         return [name for name in self.names("convert") if name not in own]
 
     # --- files that the runs read ---
@@ -738,7 +750,8 @@ class Bench:
 
     def first_fit(self):
         """A fit of a manifest with every key but max_factors."""
-        settings = {name[2:].replace("-", "_"): typed(self.example("fit", name)) for name in self.settings("fit")}
+        settings = {name[2:].replace("-", "_"): typed(self.example("fit", name)) for name in self.settings("fit")
+                    if name not in {**BY_AREA, **BY_DIMENSION}}
         del settings["max_factors"]
         return {**MANIFEST, **settings}
 

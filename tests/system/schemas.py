@@ -83,13 +83,13 @@ def main():
         (bench.folder / f"{schema}.json").write_text(json.dumps(report))
         bench.holds("doctor-compare", "doctor", "compare", f"{schema}.json", f"{schema}.json")
     bench.holds("info", "info", a_map)
-    bench.holds("info", "info", mesh)
+    bench.holds("info", "info", mesh, "--roughness")
     bench.holds("convert", "convert", a_map, "c.qjulia.json", "--slice", "0.1")
     bench.holds("share", "share", a_map, "-o", "s.html")
     device = ("--device", "cpu")
     small = ("--factors", "12", "--max-evaluations", "20", "--seed", "1")
     bench.holds("fit", "fit", mesh, "-o", "f.qjulia.json", *small, *device, "--profile", "fit.json")
-    bench.holds("shape", "shape", mesh, "-o", "e.qjulia.json", *device)
+    bench.holds("shape", "shape", mesh, "-o", "e.qjulia.json", *device, "--target-area", "1.1", "--target-resolution", "64")
     f = "f.qjulia.json"
     bench.holds("surface", "surface", f, "-o", "f.ply", "--resolution", "16", *device)
     for command, name in (("surface", "g.ply"), ("render", "g.png")):

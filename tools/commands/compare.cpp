@@ -9,6 +9,7 @@
 
 #include "base/file_types.hpp"
 #include "commands/commands.hpp"
+#include "commands/roughness_report.hpp"
 #include "describe/files.hpp"
 #include "describe/map_options.hpp"
 #include "describe/picture_options.hpp"
@@ -27,6 +28,7 @@ struct CompareArguments {
   TrustedDevice device;
   MapOptions map_options;
   CompareOptions options;
+  bool roughness = false;
 };
 
 /// The value in so many columns, with so many digits after the point; "-" if it is undefined.
@@ -100,18 +102,24 @@ int run_compare(const CompareArguments& arguments, const Plan& /*plan*/, Session
     session.written_so_far = fmt::format("'{}' was written", arguments.picture);
   }
   const auto metrics = compare(device, map, mesh, options, session.monitor());
+  std::optional<Roughness> rough;
+  if (arguments.roughness) {
+    rough = roughness(device, map, {options.resolution, options.iterations}, session.monitor());
+  }
   session.report_kernels(device);
   nlohmann::json list = nlohmann::json::array();
   for (const FitMetrics& m : metrics) list.push_back(to_json(m));
   session.console.result(
-      table(metrics), {{"map", arguments.map},
-                       {"mesh", arguments.mesh},
-                       {"resolution", options.resolution},
-                       {"picture", arguments.picture.empty() ? nlohmann::json()
-                                                             : nlohmann::json(arguments.picture)},
-                       {"made_with", how},
-                       {"metrics", list},
-                       {"seconds", session.seconds()}});
+      table(metrics) + (rough ? "\n" + roughness_text(*rough) : ""),
+      {{"map", arguments.map},
+       {"mesh", arguments.mesh},
+       {"resolution", options.resolution},
+       {"picture",
+        arguments.picture.empty() ? nlohmann::json() : nlohmann::json(arguments.picture)},
+       {"made_with", how},
+       {"metrics", list},
+       {"roughness", rough ? to_json(*rough) : nlohmann::json()},
+       {"seconds", session.seconds()}});
   return kDone;
 }
 
@@ -129,6 +137,11 @@ void describe_compare(Command command, CompareArguments& a) {
     const auto& setting = setting_named(compare_settings(), name, "comparisons");
     add_setting(command, setting, setting.place(a.options));
   }
+  command.flag(
+      "--roughness", a.roughness,
+      "Also measure how rough the set is, by itself: area and volume over the smooth set's "
+      "at --resolution cells, a half, a quarter and an eighth of it, box dimension and "
+      "porosity");
   const Option picture =
       command
           .file("--picture", a.picture, "FILE.png",

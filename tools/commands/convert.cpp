@@ -9,6 +9,7 @@
 #include "base/file_types.hpp"
 #include "base/output_file.hpp"
 #include "commands/commands.hpp"
+#include "commands/roughness_report.hpp"
 #include "describe/files.hpp"
 #include "describe/map_options.hpp"
 #include "describe/provenance.hpp"
@@ -32,6 +33,7 @@ struct ConvertArguments {
   MapOptions map_options;
   std::optional<UpAxis> up;
   std::optional<int> most_factors;
+  RoughnessTarget target;
 };
 
 bool is_original_file(const std::string& file) {
@@ -50,7 +52,7 @@ bool is_of_field(const ConvertArguments& arguments) {
 /// A distance field in, a mesh out.
 Plan plan_field(const ConvertArguments& arguments) {
   if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty() ||
-      arguments.most_factors) {
+      arguments.most_factors || arguments.target.is_set()) {
     throw InputError("options change maps, and a distance field becomes a mesh: give none");
   }
   return {{arguments.input},
@@ -149,6 +151,7 @@ void write_formula(const Map& map, const Refit& refitted, const Device& device,
 
 Plan plan_convert(const ConvertArguments& arguments) {
   arguments.map_options.knobs.validate();
+  arguments.target.validate();
   if (is_of_field(arguments)) return plan_field(arguments);
   std::vector<std::filesystem::path> inputs{arguments.input};
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
@@ -184,6 +187,10 @@ int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session
     }
     refitted = refit(map, *arguments.most_factors, device(), session);
   }
+  ReachedRoughness reached;
+  if (arguments.target.is_set()) {
+    reached = reach_target(device(), map, arguments.target, nullptr, session);
+  }
   if (base::has_type(arguments.output.path, base::FileContent::formula, base::FileUse::write)) {
     formula::expect_formula(map, program_of(arguments.output.path));
     write_formula(map, refitted, device(), arguments, session);
@@ -193,11 +200,12 @@ int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session
   add_job(map, session.job());
   write_map(map, arguments.output.path);
   if (opened) session.report_kernels(*opened);
-  session.console.summary(fmt::format("{}{} factors\nmap: {}", refitted.text,
+  session.console.summary(fmt::format("{}{}{} factors\nmap: {}", refitted.text, reached.text,
                                       map.dynamics.factors.size(), arguments.output.path),
                           {{"map", arguments.output.path},
                            {"factors", map.dynamics.factors.size()},
-                           {"refit", refitted.json}});
+                           {"refit", refitted.json},
+                           {"target", reached.json}});
   return kDone;
 }
 
@@ -239,6 +247,7 @@ void describe_convert(Command command, ConvertArguments& a) {
                         "The shape's axis that points up; auto is what the map says"),
               &a.up);
   add_knobs(command, a.map_options);
+  add_settings(command, target_settings(), a.target);
   add_device_to_use(command, a.device);
 }
 
@@ -253,6 +262,7 @@ void add_convert(CommandLine& program, ChosenCommand& chosen) {
   qjulia convert bunny.poly4d versor.qjulia.json  a polynomial, for 'shape --versor'
   qjulia convert bunny.qjulia.json stack.qjulia.json --portals bunny.txt
   qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03
+  qjulia convert bunny.qjulia.json rough.qjulia.json --target-area 1.5
   qjulia convert lying.qjulia.json standing.qjulia.json --up z
   qjulia convert bunny.qjulia.json bunny.frag     a formula for Fragmentarium
   qjulia convert bunny.qjulia.json bunny.glsl     the same for Shadertoy

@@ -16,9 +16,11 @@
 #include "base/output_file.hpp"
 #include "commands/commands.hpp"
 #include "commands/launched_ranks.hpp"
+#include "commands/roughness_report.hpp"
 #include "describe/files.hpp"
 #include "describe/fit_options.hpp"
 #include "describe/provenance.hpp"
+#include "describe/setting_option.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/device/tuning_cache.hpp"
 #include "qjulia/map/map_file.hpp"
@@ -33,6 +35,7 @@ struct FitCommandArguments {
   TrustedDevice device;
   std::string report;  ///< folder; empty: none
   FitOptions fit;
+  RoughnessTarget target;
   bool resume = false;
 };
 
@@ -58,6 +61,8 @@ bool is_done(const FitCommandArguments& arguments, const FitOrigin& origin) {
   if (!std::filesystem::is_regular_file(arguments.output.path)) return false;
   const nlohmann::json made = read_map(arguments.output.path).provenance.json();
   return made.is_object() && made.value("stopped", "interrupted") != "interrupted" &&
+         made.value("/target/asked"_json_pointer, nlohmann::json()) ==
+             asked_json(arguments.target) &&
          made.value("options", nlohmann::json()) == origin.options &&
          made.value("mesh", nlohmann::json()) == origin.mesh;
 }
@@ -197,6 +202,22 @@ void keep(const Map& map, const std::string& output) {
   }
 }
 
+/// Gives the map, which is written already, the roughness that is asked for.
+/// @throws InputError which says that the map is kept without it
+ReachedRoughness made_rough(const FitCommandArguments& arguments, const FitStart& start, Map& map,
+                            Session& session) {
+  if (!arguments.target.is_set()) return {};
+  try {
+    ReachedRoughness reached =
+        reach_target(*start.device, map, arguments.target, &start.mesh, session);
+    keep(map, arguments.output.path);
+    return reached;
+  } catch (const OptionError& error) {
+    throw OptionError(error.field(), fmt::format("{}. '{}' has the map without it", error.problem(),
+                                                 arguments.output.path));
+  }
+}
+
 /// Writes the map and the report, and says so.
 int save(const FitCommandArguments& arguments, const FitStart& start, FitResult result,
          Session& session) {
@@ -206,6 +227,8 @@ int save(const FitCommandArguments& arguments, const FitStart& start, FitResult 
     keep(result.map, arguments.output.path);
   }
   bool interrupted = result.stopped == StopReason::interrupted;
+  const ReachedRoughness reached =
+      interrupted ? ReachedRoughness() : made_rough(arguments, start, result.map, session);
   if (!interrupted) {
     std::error_code ignored;  // a checkpoint of the same fit does no harm
     std::filesystem::remove(checkpoint_file(arguments), ignored);
@@ -220,7 +243,7 @@ int save(const FitCommandArguments& arguments, const FitStart& start, FitResult 
     }
   }
   session.report_kernels(*start.device);
-  session.console.summary(summary(arguments, result, session.console.verbose()),
+  session.console.summary(reached.text + summary(arguments, result, session.console.verbose()),
                           report(arguments, result, session.seconds()));
   return interrupted ? kInterrupted : kDone;
 }
@@ -248,6 +271,7 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
   const int code = together(ranks, [&]() -> int {
     options = arguments.fit;
     options.validate();
+    arguments.target.validate();
     if (!options.sample_parts) options.sample_parts = ranks.size();
     begun = start(arguments, options, ranks, session);
     return kDone;
@@ -284,6 +308,7 @@ void describe_fit(Command command, FitCommandArguments& a) {
           "Map file to write, such as bunny.qjulia.json." + named_text("mesh", ".qjulia.json"))
       .offers_files({".json"});
   add_fit_options(command, a.fit);
+  add_settings(command, target_settings(), a.target);
   command
       .flag("--resume", a.resume,
             "Go on where an earlier run of the same command was stopped or killed: it kept "

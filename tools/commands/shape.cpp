@@ -8,6 +8,7 @@
 #include "base/setting_json.hpp"
 #include "base/text.hpp"
 #include "commands/commands.hpp"
+#include "commands/roughness_report.hpp"
 #include "describe/files.hpp"
 #include "describe/provenance.hpp"
 #include "describe/setting_option.hpp"
@@ -29,6 +30,7 @@ struct ShapeArguments {
   std::string versor = "random:60:1";
   ExactMapOptions options;
   PaintOptions paint;  ///< its thickness alone
+  RoughnessTarget target;
 };
 
 /// What `--versor` says: "noise", "noise4" or "random" and numbers, or else a map file.
@@ -111,6 +113,7 @@ Plan plan_shape(const ShapeArguments& arguments) {
   check_map_name(arguments.output.path);
   arguments.options.validate();
   arguments.paint.validate();
+  arguments.target.validate();
   return {std::move(inputs), {output_named("--output", arguments.output)}};
 }
 
@@ -124,6 +127,7 @@ int run_shape(const ShapeArguments& arguments, const Plan& /*plan*/, Session& se
   if (arguments.paint.thickness) {
     map.layers.paint = painted(device, map, arguments.paint, session.monitor());
   }
+  const ReachedRoughness reached = reach_target(device, map, arguments.target, &mesh, session);
   map.provenance.set("shape", options_json(arguments));
   add_job(map, session.job());
   write_map(map, arguments.output.path);
@@ -136,18 +140,19 @@ int run_shape(const ShapeArguments& arguments, const Plan& /*plan*/, Session& se
   }
   const auto [nx, ny, nz] = distance.grid->data().cells;
   session.console.summary(
-      fmt::format("{} x {} x {} cells, {}, {:.1f} s\n{}\nmap: {}\nnext: qjulia render {} -o "
+      fmt::format("{} x {} x {} cells, {}, {:.1f} s\n{}{}\nmap: {}\nnext: qjulia render {} -o "
                   "picture.png",
                   nx, ny, nz,
                   map.dynamics.factors.empty()
                       ? "noise"
                       : fmt::format("{} factors", map.dynamics.factors.size()),
-                  session.seconds(), up_line(*map.frame.up, arguments.options.up),
+                  session.seconds(), reached.text, up_line(*map.frame.up, arguments.options.up),
                   arguments.output.path, shell_word(arguments.output.path)),
       {{"map", arguments.output.path},
        {"cells", {nx, ny, nz}},
        {"factors", map.dynamics.factors.size()},
        {"up", to_string(*map.frame.up)},
+       {"target", reached.json},
        {"seconds", session.seconds()}});
   return kDone;
 }
@@ -177,6 +182,7 @@ void describe_shape(Command command, ShapeArguments& a) {
            "factors are taken")
       .offers({"random:60:1", "noise:2:9:1", "noise4:2:9:1"})
       .offers_files(readable({base::FileContent::map}));
+  add_settings(command, target_settings(), a.target);
   add_device_to_use(command, a.device);
 }
 
@@ -189,6 +195,7 @@ void add_shape(CommandLine& program, ChosenCommand& chosen) {
   qjulia shape human.obj -o other.qjulia.json --versor random:60:2
   qjulia shape human.obj -o noise.qjulia.json --versor noise:2:9:1
   qjulia shape bunny.obj -o bunny.qjulia.json --versor fitted.qjulia.json
+  qjulia shape bunny.obj -o twice.qjulia.json --target-area 2 --target-volume 1
 The map holds the mesh's distance on a grid: about a megabyte, where a fitted map has
 about a hundred kilobytes, but thin limbs and sharp edges are all there. The versor, which gives
 the grooves their pattern, is free. See docs/theory/exact-maps.md.)"},

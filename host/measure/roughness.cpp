@@ -1,0 +1,156 @@
+#include "qjulia/surface/roughness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/range_check.hpp"
+#include "measure/outline.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/mesh/shape.hpp"
+#include "qjulia/surface/surface.hpp"
+
+namespace qjulia {
+namespace {
+
+constexpr double kOutlineRadius = 1.0 / 20;  // times the longest side
+constexpr int kLeastOutlineCells = 16, kMostOutlineCells = 512;
+constexpr int kPorosityCells = 128;
+constexpr int kLeastRoughCells = 32, kMostRoughCells = 2048;
+constexpr int kCoarsestCells = 16;
+constexpr std::size_t kScales = 4;
+
+/// The slope of ln area over ln cells by least squares.
+double slope_of(const std::vector<SurfaceAtScale>& scales) {
+  double x_mean = 0, y_mean = 0;
+  const auto count = static_cast<double>(scales.size());
+  for (const SurfaceAtScale& s : scales) {
+    x_mean += std::log(s.resolution) / count;
+    y_mean += std::log(s.figures.area) / count;
+  }
+  double slope = 0, spread = 0;
+  for (const SurfaceAtScale& s : scales) {
+    const double x = std::log(s.resolution) - x_mean;
+    slope += x * (std::log(s.figures.area) - y_mean);
+    spread += x * x;
+  }
+  return slope / spread;
+}
+
+/// The map's surface without loose pieces.
+TriangleMesh surface_of_set(const Device& device, const Map& map, const RoughnessOptions& options,
+                            const std::stop_token& stop) {
+  const SurfaceOptions surface{.resolution = options.resolution, .iterations = options.iterations};
+  TriangleMesh mesh = extract_surface(device, map, surface, {{}, stop});
+  if (mesh.triangles.empty()) {
+    throw InputError(
+        "the set has no surface on this grid; give less detail, or a higher resolution where the "
+        "set is thinner than a cell");
+  }
+  drop_loose_pieces(mesh);
+  return mesh;
+}
+
+}  // namespace
+
+void RoughnessOptions::validate() const {
+  base::expect_between("resolution", resolution, kLeastRoughCells, kMostRoughCells);
+  SurfaceOptions{.resolution = resolution, .iterations = iterations}.validate();
+}
+
+Porosity porosity(const Device& device, const TriangleMesh& mesh, int resolution,
+                  const std::stop_token& stop) {
+  base::expect_between("resolution", resolution, kLeastOutlineCells, kMostOutlineCells);
+  mesh.validate();
+  const SignedDistance distance(device, mesh, Precision::single, stop);
+  const Box box = mesh.box();
+  const double side = box.size().maxCoeff();
+  Porosity result;
+  result.radius = kOutlineRadius * side;
+  // Balls that touch the body have their centres up to a radius away from it.
+  const double step = side / resolution;
+  const surface::Grid grid = surface::grid_around(box, step, std::ceil(2 * result.radius / step));
+  std::vector<double> radius;
+  std::size_t filled = 0;
+  std::vector<Eigen::Vector3d> slice;
+  for (int z = 0; z < grid.points.z(); ++z) {
+    slice.clear();
+    for (int y = 0; y < grid.points.y(); ++y) {
+      for (int x = 0; x < grid.points.x(); ++x) slice.push_back(grid.point({x, y, z}));
+    }
+    for (const double d : distance.at(slice, stop)) {
+      if (d < 0) ++filled;
+      radius.push_back(d >= result.radius ? d : 0);
+    }
+  }
+  if (filled == 0) {
+    throw InputError("no cell's centre lies in the mesh; it is open, or thinner than a cell");
+  }
+  throw_if_stopped(stop);
+  const std::vector<bool> outside = surface::covered_by_balls(grid, radius);
+  const auto inside =
+      std::max(filled, static_cast<std::size_t>(std::ranges::count(outside, false)));
+  result.outline_volume = static_cast<double>(inside) * step * step * step;
+  result.share = 1 - static_cast<double>(filled) / static_cast<double>(inside);
+  return result;
+}
+
+SurfaceFigures figures_of_set(const Device& device, const Map& map, const RoughnessOptions& options,
+                              const ProgressMonitor& monitor) {
+  options.validate();
+  map.validate();
+  return measure(surface_of_set(device, map, options, monitor.stop), monitor.stop);
+}
+
+Roughness roughness(const Device& device, const Map& map, const RoughnessOptions& options,
+                    const ProgressMonitor& monitor) {
+  options.validate();
+  map.validate();
+  std::vector<int> resolutions;
+  for (int cells = options.resolution; cells >= kCoarsestCells && resolutions.size() < kScales;
+       cells /= 2) {
+    resolutions.insert(resolutions.begin(), cells);
+  }
+  const auto report = [&](double done) { monitor.report({"measuring roughness", done, -1, ""}); };
+  report(0);
+  Roughness result;
+  for (const int cells : resolutions) {
+    const RoughnessOptions scale{cells, options.iterations};
+    const TriangleMesh set = surface_of_set(device, map, scale, monitor.stop);
+    result.scales.push_back({cells, measure(set, monitor.stop)});
+    report(0.5 * cells / options.resolution);
+    if (cells == options.resolution) {
+      result.porosity = porosity(device, set, std::min(cells, kPorosityCells), monitor.stop);
+    }
+  }
+  report(0.9);
+  result.area_slope = slope_of(result.scales);
+  result.smooth =
+      measure(surface_of_set(device, map, {options.resolution, 1}, monitor.stop), monitor.stop);
+  report(1);
+  return result;
+}
+
+nlohmann::json to_json(const Porosity& porosity) {
+  return {{"outline_radius", porosity.radius},
+          {"outline_volume", porosity.outline_volume},
+          {"share", porosity.share}};
+}
+
+nlohmann::json to_json(const Roughness& roughness) {
+  nlohmann::json scales = nlohmann::json::array();
+  for (const SurfaceAtScale& scale : roughness.scales) {
+    nlohmann::json one = to_json(scale.figures);
+    one["resolution"] = scale.resolution;
+    one["area_ratio"] = scale.figures.area / roughness.smooth.area;
+    one["volume_ratio"] = scale.figures.volume / roughness.smooth.volume;
+    scales.push_back(std::move(one));
+  }
+  return {{"scales", scales},
+          {"area_slope", roughness.area_slope},
+          {"smooth_area", roughness.smooth.area},
+          {"smooth_volume", roughness.smooth.volume},
+          {"porosity", to_json(roughness.porosity)}};
+}
+
+}  // namespace qjulia
