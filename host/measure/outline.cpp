@@ -49,9 +49,8 @@ class ParabolaEnvelope {
 
 }  // namespace
 
-std::vector<bool> covered_by_balls(const Grid& grid, const std::vector<double>& radius) {
-  // A point p is in a ball where min over q of |p − q|² − r(q)² ≤ 0, in units of steps.
-  std::vector<double> power(radius.size(), kNowhere);
+std::vector<double> power_of_balls(const Grid& grid, const std::vector<double>& radius) {
+  std::vector<double> power(radius.size(), kNowhere);  // in squared steps
   for (std::size_t i = 0; i < radius.size(); ++i) {
     if (radius[i] > 0) power[i] = -(radius[i] / grid.step) * (radius[i] / grid.step);
   }
@@ -65,10 +64,8 @@ std::vector<bool> covered_by_balls(const Grid& grid, const std::vector<double>& 
     }
     stride *= count;
   }
-  std::vector<bool> covered;
-  covered.reserve(power.size());
-  for (const double value : power) covered.push_back(value <= 0);
-  return covered;
+  for (double& value : power) value *= grid.step * grid.step;
+  return power;
 }
 
 }  // namespace qjulia::surface

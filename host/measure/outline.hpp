@@ -1,5 +1,5 @@
 #pragma once
-/// The part of a grid that empty balls reach.
+/// How far points of a grid are from balls.
 
 #include <cstddef>
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace qjulia::surface {
 
-/// Whether each point of the grid, x fastest, lies in one of the balls about the points whose
-/// `radius` is positive.
-std::vector<bool> covered_by_balls(const Grid& grid, const std::vector<double>& radius);
+/// For each point p of the grid, x fastest, the least |p − q|² − r² over the balls about those
+/// points q whose radius r is positive: 0 or less within a ball, infinity if there is no ball.
+std::vector<double> power_of_balls(const Grid& grid, const std::vector<double>& radius);
 
 }  // namespace qjulia::surface

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "base/range_check.hpp"
 #include "measure/outline.hpp"
@@ -37,6 +38,11 @@ double slope_of(const std::vector<SurfaceAtScale>& scales) {
   return slope / spread;
 }
 
+/// Of a cell, about, whose centre is so far outside of a surface.
+double share_inside(double distance, double step) {
+  return std::clamp(0.5 - distance / step, 0.0, 1.0);
+}
+
 /// The map's surface without loose pieces.
 TriangleMesh surface_of_set(const Device& device, const Map& map, const RoughnessOptions& options,
                             const std::stop_token& stop) {
@@ -67,11 +73,12 @@ Porosity porosity(const Device& device, const TriangleMesh& mesh, int resolution
   const double side = box.size().maxCoeff();
   Porosity result;
   result.radius = kOutlineRadius * side;
-  // Balls that touch the body have their centres up to a radius away from it.
   const double step = side / resolution;
-  const surface::Grid grid = surface::grid_around(box, step, std::ceil(2 * result.radius / step));
-  std::vector<double> radius;
-  std::size_t filled = 0;
+  // Balls that touch the body have their centres up to a radius away from it. Points are centres of
+  // cells, half a step off the box's faces.
+  const surface::Grid grid =
+      surface::grid_around(box, step, std::ceil(2 * result.radius / step) - 0.5);
+  std::vector<double> radius, filled;  // of a ball, and which share of the cell is in the body
   std::vector<Eigen::Vector3d> slice;
   for (int z = 0; z < grid.points.z(); ++z) {
     slice.clear();
@@ -79,19 +86,25 @@ Porosity porosity(const Device& device, const TriangleMesh& mesh, int resolution
       for (int x = 0; x < grid.points.x(); ++x) slice.push_back(grid.point({x, y, z}));
     }
     for (const double d : distance.at(slice, stop)) {
-      if (d < 0) ++filled;
+      filled.push_back(share_inside(d, step));
       radius.push_back(d >= result.radius ? d : 0);
     }
   }
-  if (filled == 0) {
-    throw InputError("no cell's centre lies in the mesh; it is open, or thinner than a cell");
+  const double body = std::reduce(filled.begin(), filled.end());
+  if (body < 1) {
+    throw InputError("the mesh fills less than a cell; it is open, or thinner than a cell");
   }
   throw_if_stopped(stop);
-  const std::vector<bool> outside = surface::covered_by_balls(grid, radius);
-  const auto inside =
-      std::max(filled, static_cast<std::size_t>(std::ranges::count(outside, false)));
-  result.outline_volume = static_cast<double>(inside) * step * step * step;
-  result.share = 1 - static_cast<double>(filled) / static_cast<double>(inside);
+  const std::vector<double> power = surface::power_of_balls(grid, radius);
+  double outline = 0;
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    // Balls that touch the outline are hardly larger than the least.
+    const double beyond =
+        std::sqrt(std::max(0.0, power[i] + result.radius * result.radius)) - result.radius;
+    outline += std::max(filled[i], share_inside(-beyond, step));
+  }
+  result.outline_volume = outline * step * step * step;
+  result.share = 1 - body / outline;
   return result;
 }
 

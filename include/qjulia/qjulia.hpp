@@ -45,6 +45,8 @@
 #include "qjulia/mesh/radial_spread.hpp"
 #include "qjulia/mesh/shape.hpp"
 #include "qjulia/mesh/texture.hpp"
+#include "qjulia/morph/morph.hpp"
+#include "qjulia/morph/versor_transfer.hpp"
 #include "qjulia/picture/bake_texture.hpp"
 #include "qjulia/picture/look.hpp"
 #include "qjulia/picture/picture.hpp"

@@ -372,10 +372,20 @@ RUNS = {
         Run("area.qjulia.json r.qjulia.json", BY_AREA),
         Run("area.qjulia.json r.qjulia.json", BY_DIMENSION),
         Run("f.qjulia.json d.qjulia.json", {"--portals": "portals.txt"}, {"--portals": holds("portals")}),
+        Run("f.qjulia.json n.qjulia.json", {"--versor-from": "area.qjulia.json"},
+            {"--versor-from": lambda done, value: "distance" in done.read("n.qjulia.json")}),
         # The map has nine.
         Run("f.qjulia.json g.qjulia.json", {"--factors-at-most": "9"}, {"--factors-at-most": count_of("factors", 9)}),
         Run("f.qjulia.json h.qjulia.json", {"--factors-at-most": "8"}, {"--factors-at-most": count_of("factors", 8)},
             slow=True),
+    ],
+    "morph": [
+        Run("area.qjulia.json f.qjulia.json", {"--output": "morph", "--steps": "4", "--flicker-cells": "8"},
+            {"--output": makes("morph/step_0004.qjulia.json"), "--steps": count_of("steps", 4),
+             "--flicker-cells": lambda done, value: done.json["flicker"]["mean"] >= 0}),
+        Run("area.qjulia.json f.qjulia.json", {"--output": "morph", "--steps": "2", "--flicker-cells": "0"},
+            {"--output": makes("morph/step_0002.qjulia.json"), "--steps": count_of("steps", 2),
+             "--flicker-cells": lambda done, value: done.json["flicker"] is None}),
     ],
     "share": [Run("f.qjulia.json", {"--output": "s.html"}), Run("f.qjulia.json", {"--output": "s.html"})],
     "run": [
@@ -713,7 +723,8 @@ class Bench:
 
     def knobs(self):
         """The options of a map: what 'convert' takes but for its own."""
-        own = ("--portals", "--factors-at-most", "--up", "--device", "--layout", "--trust-device", *BY_AREA, *BY_DIMENSION)
+        own = ("--portals", "--factors-at-most", "--up", "--device", "--layout", "--trust-device", *BY_AREA, *BY_DIMENSION,
+               "--versor-from")
         return [name for name in self.names("convert") if name not in own]
 
     # --- files that the runs read ---

@@ -123,6 +123,7 @@ def main():
     once = ("--sample-points", "500", "--repeats", "1", "--factors", "16", *device)
     bench.holds("profile-tune", "profile", "tune", *once)
     bench.holds("paint", "paint", f, "-o", "paint.qjulia.json", "--ramp", "x=0:1", *device)
+    bench.holds("morph", "morph", f, f, "-o", "morph", "--steps", "4", "--flicker-cells", "8", *device)
     bench.holds("portals", "portals", f, "-o", "portals.qjulia.json", "--count", "1", *device)
     bench.holds("run", "run", "portals.qjulia.json", "--print")
     left = set(bench.schemas) - bench.seen - NOT_RUN - set(SLOW)

@@ -1,13 +1,15 @@
-// Which points of a grid balls cover, against all pairs.
+// The power of balls at the points of a grid, against all pairs.
 
 #include <catch2/catch_all.hpp>
+#include <cmath>
+#include <limits>
 
 #include "base/random.hpp"
 #include "measure/outline.hpp"
 
 using namespace qjulia;
 
-TEST_CASE("balls cover the points that are no farther than their radii") {
+TEST_CASE("the power of balls is the least over all of them") {
   base::Random random(1);
   for (const Eigen::Vector3i& points : {Eigen::Vector3i{9, 7, 8}, {1, 12, 3}, {5, 1, 1}}) {
     const surface::Grid grid{{-1, 2, 0.5}, 0.25, points};
@@ -21,18 +23,20 @@ TEST_CASE("balls cover the points that are no farther than their radii") {
         }
       }
     }
-    const std::vector<bool> covered = surface::covered_by_balls(grid, radius);
-    REQUIRE(covered.size() == places.size());
-    std::size_t wrong = 0;
+    const std::vector<double> power = surface::power_of_balls(grid, radius);
+    REQUIRE(power.size() == places.size());
+    double largest = 0;  // difference
     for (std::size_t i = 0; i < places.size(); ++i) {
-      bool is_covered = false;
+      double least = std::numeric_limits<double>::infinity();
       for (std::size_t j = 0; j < places.size(); ++j) {
-        is_covered = is_covered || (radius[j] > 0 && (places[i] - places[j]).norm() <= radius[j]);
+        if (radius[j] <= 0) continue;
+        least = std::min(least, (places[i] - places[j]).squaredNorm() - radius[j] * radius[j]);
       }
-      if (covered[i] != is_covered) ++wrong;
+      if (power[i] != least) largest = std::max(largest, std::abs(power[i] - least));
     }
-    CHECK(wrong == 0);
+    CHECK(largest < 1e-12);
   }
   const surface::Grid empty{{0, 0, 0}, 1, {2, 2, 2}};
-  CHECK(surface::covered_by_balls(empty, std::vector<double>(8)) == std::vector<bool>(8));
+  CHECK(surface::power_of_balls(empty, std::vector<double>(8)).front() ==
+        std::numeric_limits<double>::infinity());
 }

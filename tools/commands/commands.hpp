@@ -21,6 +21,7 @@
   COMMAND(sample) \
   COMMAND(compare) \
   COMMAND(convert) \
+  COMMAND(morph) \
   COMMAND(explore) \
   COMMAND(share) \
   COMMAND(run) \

@@ -20,6 +20,7 @@
 #include "qjulia/fit/fit.hpp"
 #include "qjulia/map/map_file.hpp"
 #include "qjulia/mesh/mesh.hpp"
+#include "qjulia/morph/versor_transfer.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 #include "qjulia/surface/surface.hpp"
 
@@ -27,7 +28,7 @@ namespace qjulia::tools {
 namespace {
 
 struct ConvertArguments {
-  std::string input, portals;
+  std::string input, portals, versor_from;
   OutputName output;
   TrustedDevice device;
   MapOptions map_options;
@@ -52,7 +53,7 @@ bool is_of_field(const ConvertArguments& arguments) {
 /// A distance field in, a mesh out.
 Plan plan_field(const ConvertArguments& arguments) {
   if (!arguments.map_options.given().empty() || arguments.up || !arguments.portals.empty() ||
-      arguments.most_factors || arguments.target.is_set()) {
+      !arguments.versor_from.empty() || arguments.most_factors || arguments.target.is_set()) {
     throw InputError("options change maps, and a distance field becomes a mesh: give none");
   }
   return {{arguments.input},
@@ -155,6 +156,7 @@ Plan plan_convert(const ConvertArguments& arguments) {
   if (is_of_field(arguments)) return plan_field(arguments);
   std::vector<std::filesystem::path> inputs{arguments.input};
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
+  if (!arguments.versor_from.empty()) inputs.emplace_back(arguments.versor_from);
   return {std::move(inputs), {output_named("OUT", arguments.output, map_outputs())}};
 }
 
@@ -172,6 +174,10 @@ int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session
     map.layers.portals = original::read_portal_text(arguments.portals, map.frame.shape_to_map);
   }
   if (arguments.up) map.frame.up = arguments.up;
+  if (!arguments.versor_from.empty()) {
+    map = with_versor_of(device(), map, read_any(arguments.versor_from, session.stop()), 192,
+                         session.monitor());
+  }
   Refit refitted;
   if (arguments.most_factors) {
     if (!map.dynamics.is_rational()) {
@@ -237,6 +243,12 @@ void describe_convert(Command command, ConvertArguments& a) {
             "about the origin; those of the map are replaced")
       .offers_files({".txt"});
   command
+      .file("--versor-from", a.versor_from, "MAP",
+            "Take the versor, and so the grooves, of this map, made as much larger as the shape's "
+            "inradius is. If both maps are of 'fit', the result holds the shape's distances on a "
+            "grid, as a map of 'shape' does, since a map has one list of factors")
+      .offers_files(readable({base::FileContent::map, base::FileContent::original_map}));
+  command
       .add("--factors-at-most", &a.most_factors, "N",
            "If the map has more than N factors, fit N to its own surface: to the shape that its "
            "factors make at n = 1, since the map does not hold the mesh that it was fitted to. It "
@@ -263,6 +275,7 @@ void add_convert(CommandLine& program, ChosenCommand& chosen) {
   qjulia convert bunny.qjulia.json stack.qjulia.json --portals bunny.txt
   qjulia convert bunny.qjulia.json crust.qjulia.json --drift 0.8 --detail 0.03
   qjulia convert bunny.qjulia.json rough.qjulia.json --target-area 1.5
+  qjulia convert bunny.qjulia.json skin.qjulia.json --versor-from skull.qjulia.json
   qjulia convert lying.qjulia.json standing.qjulia.json --up z
   qjulia convert bunny.qjulia.json bunny.frag     a formula for Fragmentarium
   qjulia convert bunny.qjulia.json bunny.glsl     the same for Shadertoy

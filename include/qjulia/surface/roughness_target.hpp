@@ -15,11 +15,11 @@ namespace qjulia {
 
 /// What is asked for, of the surface at n = 6 without loose pieces.
 struct RoughnessTarget {
-  std::optional<double> area;       ///< over that of the reference, 1 … 100
-  std::optional<double> dimension;  ///< box-counting, 1.5 … 3; not with an area
+  std::optional<double> area{};       ///< over that of the reference, 1 … 100
+  std::optional<double> dimension{};  ///< box-counting, 1.5 … 3; not with an area
   /// Over that of the reference, 0.1 … 10: the knob `scale` is turned too. With an area or a
   /// dimension only.
-  std::optional<double> volume;
+  std::optional<double> volume{};
   int resolution = 256;  ///< cells along the surface's box, 64 … 2048: an area is one at a scale
 
   bool is_set() const { return area || dimension || volume; }

@@ -1,0 +1,142 @@
+/// qjulia morph: two maps in, the maps on the way from one to the other out.
+
+#include "qjulia/morph/morph.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/output_file.hpp"
+#include "commands/commands.hpp"
+#include "describe/files.hpp"
+#include "qjulia/base/error.hpp"
+#include "qjulia/map/map_file.hpp"
+
+namespace qjulia::tools {
+namespace {
+
+struct MorphArguments {
+  std::string from, to, output;
+  TrustedDevice device;
+  int steps = 48;
+  int flicker_cells = 64;
+};
+
+std::filesystem::path step_file(const std::string& folder, int step) {
+  return std::filesystem::path(folder) / fmt::format("step_{:04}.qjulia.json", step);
+}
+
+Plan plan_morph(const MorphArguments& arguments) {
+  const std::filesystem::path folder(arguments.output);
+  std::error_code ignored;
+  const auto status = std::filesystem::status(folder, ignored);
+  if (folder.has_extension() || (exists(status) && !is_directory(status))) {
+    throw InputError(fmt::format(
+        "--output: '{}' is to be a folder of maps; give a name without an extension that no file "
+        "has",
+        arguments.output));
+  }
+  Plan plan{{arguments.from, arguments.to}, {}};
+  for (int step = 1; step <= arguments.steps; ++step) {
+    plan.outputs.push_back({"--output", step_file(arguments.output, step), {}, true});
+  }
+  return plan;
+}
+
+std::string flicker_text(const Flicker& flicker) {
+  if (flicker.steps == 0) return "flicker: too few steps to tell; give four or more";
+  return fmt::format(
+      "flicker: {:.3f} % of the cells change sides in a step and are back within two more, {:.3f} "
+      "% in the worst step; {:.2f} % change sides in a step",
+      100 * flicker.mean, 100 * flicker.worst, 100 * flicker.changed);
+}
+
+nlohmann::json to_json(const Flicker& flicker) {
+  if (flicker.steps == 0) return {};
+  return {{"mean", flicker.mean}, {"worst", flicker.worst}, {"changed", flicker.changed}};
+}
+
+int run_morph(const MorphArguments& arguments, const Plan& /*plan*/, Session& session) {
+  const Map from = session.read_map(arguments.from);
+  const Map to = session.read_map(arguments.to);
+  const Device device = session.open_device(arguments.device);
+  const ProgressMonitor monitor = session.monitor();
+  const Morph morph(device, from, to, monitor);
+  if (from.frame.up && to.frame.up && *from.frame.up != *to.frame.up) {
+    session.console.warn(fmt::format(
+        "{} is up in '{}' and {} in '{}', so that one of them lies on its side",
+        to_string(*from.frame.up), arguments.from, to_string(*to.frame.up), arguments.to));
+  }
+  std::optional<FlickerMeter> meter;
+  if (arguments.flicker_cells > 0) meter.emplace(device, morph.box(), arguments.flicker_cells);
+  base::make_folder(arguments.output);
+  for (int step = 1; step <= arguments.steps; ++step) {
+    const double t = static_cast<double>(step - 1) / (arguments.steps - 1);
+    Map map = morph.at(t);
+    if (meter) meter->add(map, monitor.stop);
+    map.provenance.set("morph", {{"t", t}, {"step", step}});
+    add_job(map, session.job());
+    write_map(map, step_file(arguments.output, step));
+    session.written_so_far =
+        fmt::format("{} of {} maps are in '{}'", step, arguments.steps, arguments.output);
+    monitor.report({"morphing", static_cast<double>(step) / arguments.steps, -1, ""});
+  }
+  session.report_kernels(device);
+  const MorphPairs& pairs = morph.pairs();
+  const Flicker flicker = meter ? meter->flicker() : Flicker();
+  std::string text = fmt::format("{} maps, {:.1f} s", arguments.steps, session.seconds());
+  if (pairs.matched > 0) {
+    text += fmt::format("\n{} factors move, {} appear, {} vanish", pairs.matched, pairs.appearing,
+                        pairs.vanishing);
+  }
+  if (meter) text += "\n" + flicker_text(flicker);
+  const std::string first = step_file(arguments.output, 1).string();
+  session.console.summary(fmt::format("{}\nmaps: {} and on", text, first),
+                          {{"folder", arguments.output},
+                           {"steps", arguments.steps},
+                           {"factors",
+                            {{"matched", pairs.matched},
+                             {"appearing", pairs.appearing},
+                             {"vanishing", pairs.vanishing}}},
+                           {"flicker", to_json(flicker)},
+                           {"seconds", session.seconds()}});
+  return kDone;
+}
+
+void describe_morph(Command command, MorphArguments& a) {
+  command.input("FROM", a.from, "Map of the first step, of 'qjulia fit' or 'qjulia shape'")
+      .offers_files(readable({base::FileContent::map}));
+  command.input("TO", a.to, "Map of the last step's shape, made by the same command")
+      .offers_files(readable({base::FileContent::map}));
+  command.output(a.output, "FOLDER", "Folder to write step_0001.qjulia.json and on into")
+      .offers_folders();
+  command.add("--steps", &a.steps, "N", "How many maps to make, the first and the last included")
+      .range(2, 9999);
+  command
+      .add("--flicker-cells", &a.flicker_cells, "N",
+           "Cells along the longest side of the box that flicker is measured over, 8 to 256; 0 "
+           "leaves it out")
+      .range(0, 256);
+  add_device_to_use(command, a.device);
+}
+
+}  // namespace
+
+void add_morph(CommandLine& program, ChosenCommand& chosen) {
+  add_command(program, chosen,
+              {"morph", "Make the maps between two maps", R"(Examples:
+  qjulia morph bunny.qjulia.json spot.qjulia.json -o morph
+  qjulia morph bunny.qjulia.json spot.qjulia.json -o morph --steps 120
+Shape, detail and grooves go from the first map to the second without a jump. Factors of fitted maps
+are paired so that little is moved, and exponents are fitted to the potential in between; exact maps
+blend their distances. The maps stay in the first one's order of factors, so that the last one has
+the second one's shape with other grooves. Give both maps about the same detail, unless detail is to
+change too.)",
+               /*can_trace=*/true,
+               /*can_profile=*/true},
+              describe_morph, plan_morph, run_morph);
+}
+
+}  // namespace qjulia::tools
