@@ -98,6 +98,8 @@ CodeSampler::CodeSampler(const std::shared_ptr<const WorkerClock>& clock) {
   if (clock && handle_signal()) impl_ = std::make_unique<Impl>(clock->threads());
 }
 
+bool CodeSampler::is_sampling() const { return impl_ && !impl_->timers.empty(); }
+
 KernelMixes CodeSampler::mixes() const {
   if (!impl_ || !impl_->has_log) return {};
   impl_->stop();
@@ -112,6 +114,7 @@ KernelMixes CodeSampler::mixes() const {
     ++by_file[library.dli_fname][address - reinterpret_cast<std::uint64_t>(library.dli_fbase)];
   }
   KernelMixes found;
+  found.sees_kernels = !by_file.empty();
   constexpr std::size_t kFewest = 8;
   for (const auto& [file, samples] : by_file) {
     std::size_t all = 0;
@@ -135,6 +138,7 @@ KernelMixes CodeSampler::mixes() const {
 #else
 struct CodeSampler::Impl {};
 CodeSampler::CodeSampler(const std::shared_ptr<const WorkerClock>& /*clock*/) {}
+bool CodeSampler::is_sampling() const { return false; }
 KernelMixes CodeSampler::mixes() const { return {}; }
 #endif
 

@@ -13,7 +13,8 @@ namespace qjulia::profiling {
 /// The mixes of kernels, by name.
 struct KernelMixes {
   std::map<std::string, InstructionMix> mixes;
-  std::string problem;  ///< why there are none, and what to do; empty where there are some
+  std::string problem;        ///< why there are none, and what to do; empty where there are some
+  bool sees_kernels = false;  ///< whether a thread was in a kernel's file at all
 };
 
 /// Samples while it lives. One at a time samples; a second one finds nothing.
@@ -25,6 +26,8 @@ class CodeSampler {
   CodeSampler(const CodeSampler&) = delete;
   CodeSampler& operator=(const CodeSampler&) = delete;
 
+  /// Whether any thread is sampled.
+  bool is_sampling() const;
   /// Of kernels that the driver keeps as files of machine code, as PoCL does, and that were seen
   /// often enough.
   KernelMixes mixes() const;

@@ -102,11 +102,29 @@ int register_bytes(std::string_view operands) {
   return operands.find("%ymm") != std::string_view::npos ? 32 : 16;
 }
 
+/// Bytes of instructions that load less than a register and spread it over the register.
+/// 0: it is none of them.
+int spread_bytes(std::string_view name) {
+  struct Spread {
+    std::string_view ending;
+    int bytes;
+  };
+  constexpr std::array kBroadcasts{Spread{"ss", 4},   Spread{"sd", 8},    Spread{"b", 1},
+                                   Spread{"w", 2},    Spread{"d", 4},     Spread{"q", 8},
+                                   Spread{"32x2", 8}, Spread{"32x4", 16}, Spread{"64x2", 16},
+                                   Spread{"128", 16}, Spread{"32x8", 32}, Spread{"64x4", 32}};
+  if (name.starts_with('p')) name.remove_prefix(1);
+  if (!name.starts_with("broadcast")) return 0;
+  const auto found = std::ranges::find_if(
+      kBroadcasts, [&](const Spread& spread) { return name.ends_with(spread.ending); });
+  return found == kBroadcasts.end() ? 0 : found->bytes;
+}
+
 /// Bytes that it loads or stores.
 int memory_bytes(std::string_view name, std::string_view operands) {
+  if (const int spread = spread_bytes(name); spread > 0) return spread;
   const bool is_double = name.ends_with("pd") || name.ends_with("sd");
   const bool is_one = name.ends_with("ss") || name.ends_with("sd") || name == "movd" ||
-                      name.find("broadcasts") != std::string_view::npos ||
                       operands.find("{1to") != std::string_view::npos;
   if (name == "movq" || (is_one && is_double)) return 8;
   return is_one ? 4 : register_bytes(operands);

@@ -99,10 +99,12 @@ class Bench {
 
   /// More runs, until what the kernels are made of has been seen often enough.
   void sample_code(const Job& job) {
-    if (!clock_) return;
+    if (!can_sample_code_) return;
     constexpr double kCpuSeconds = 0.3;
     constexpr int kMostRuns = 20;
     const CodeSampler sampler(clock_);
+    can_sample_code_ = sampler.is_sampling();
+    if (!can_sample_code_) return;
     const double before = clock_->seconds();
     for (int i = 0; i < kMostRuns && clock_->seconds() - before < kCpuSeconds; ++i) {
       throw_if_stopped(deadline_.token());
@@ -110,9 +112,9 @@ class Bench {
       device_.context().finish();
     }
     KernelMixes found = sampler.mixes();
-    const bool is_told =
-        std::ranges::find(report_.not_counted, found.problem) != report_.not_counted.end();
-    if (!found.problem.empty() && !is_told) report_.not_counted.push_back(std::move(found.problem));
+    // A driver that keeps no files, or a missing objdump, is the same at the next job.
+    can_sample_code_ = found.sees_kernels && found.problem.empty();
+    if (!found.problem.empty()) report_.not_counted.push_back(std::move(found.problem));
     code_ = std::move(found.mixes);
   }
 
@@ -269,6 +271,7 @@ class Bench {
   KernelCounter* events_;  ///< null: counters are not asked for
   std::function<Pace()> limit_now_;
   std::map<std::string, InstructionMix> code_;  ///< of the last job's kernels
+  bool can_sample_code_ = true;                 ///< as far as is known
   std::set<std::pair<std::string, int>> seen_;
 };
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "profile/code_sampler.hpp"
 #include "profile/instruction_counts.hpp"
 #include "profile/kernel_counter.hpp"
 #include "profile/limits.hpp"
@@ -146,6 +147,36 @@ TEST_CASE("CPU seconds are those of the threads that run kernels, and not of oth
   const profiling::WaitedShare waited(clock);
   bench.run(profiling::TuneJob::orbit_energy);
   if (const auto share = waited.so_far()) CHECK((*share >= 0 && *share < 1));
+}
+
+TEST_CASE("threads are seen in the kernel that they run, by one sampler at a time") {
+  const Device& device = test::shared_device();
+  const profiling::WorkerClockPointer clock = profiling::worker_clock(device);
+  CHECK_FALSE(profiling::CodeSampler(nullptr).is_sampling());
+  CHECK(profiling::CodeSampler(nullptr).mixes().mixes.empty());
+  const bool keeps_files = device.info().platform_name == "Portable Computing Language";
+  if (!clock || !keeps_files) return;
+  ProfileOptions options;
+  options.sample_points = 20'000;
+  const profiling::Workload work = profiling::make_workload(options);
+  profiling::TuneBench bench(device, work, Precision::single);
+  bench.run(profiling::TuneJob::energy);
+  const profiling::CodeSampler sampler(clock);
+  if (!sampler.is_sampling()) return;  // another processor than x86-64
+  const profiling::CodeSampler second(clock);
+  CHECK_FALSE(second.is_sampling());
+  const double before = clock->seconds();
+  while (clock->seconds() - before < 0.3) bench.run(profiling::TuneJob::energy);
+  CHECK(second.mixes().mixes.empty());
+  const profiling::KernelMixes found = sampler.mixes();
+  CHECK(found.sees_kernels);
+  INFO(found.problem);
+  REQUIRE(found.mixes.contains("energy_terms"));
+  const InstructionMix& mix = found.mixes.at("energy_terms");
+  CHECK(mix.samples > 30);
+  CHECK(mix.time_share > 0.5);
+  CHECK(mix.slots() > 0);
+  CHECK(mix.loads > 0);
 }
 
 TEST_CASE("the roofline has its two roofs and every kernel whose share can be judged") {

@@ -108,6 +108,8 @@ def check_measure(program, map_file):
 
     text = program(*small, "--export", "pasteable")
     check(text.startswith("qjulia ") and text.count("```") == 2 and "energy" in text, text)
+    refused = program(*small, "--export", "lines", "--json", code=2)
+    check("--export lines and --json both say what is printed; give one of them" in refused, refused)
     check("google-benchmark, bencher" in program(*small, "--export", "xml", code=2), "a bad format's message")
 
 

@@ -83,8 +83,32 @@ TEST_CASE("an outer loop is counted without the inner one, and a kernel without 
   CHECK_FALSE(instruction_mix("", {{0x10, 1}}));
 }
 
+TEST_CASE("what is spread over a register counts as the bytes that are loaded") {
+  const auto bytes = [](const std::string& instruction) {
+    const auto mix = instruction_mix("  10:\t" + instruction + "\n", {{0x10, 1}});
+    REQUIRE(mix);
+    return mix->data_bytes;
+  };
+  CHECK(bytes("vbroadcastss (%rax),%zmm1") == 4);
+  CHECK(bytes("vbroadcastsd (%rax),%zmm1") == 8);
+  CHECK(bytes("vpbroadcastd 0x4(%rax,%rcx,4),%zmm1") == 4);
+  CHECK(bytes("vpbroadcastq (%rax),%ymm1") == 8);
+  CHECK(bytes("vbroadcastf32x4 0x10(%rax),%zmm1") == 16);
+  CHECK(bytes("vbroadcasti64x4 (%rax),%zmm1") == 32);
+  CHECK(bytes("vbroadcastf128 (%rax),%ymm1") == 16);
+  CHECK(bytes("vmulpd (%rax){1to8},%zmm1,%zmm2") == 8);
+  CHECK(bytes("vmovups (%rax),%zmm1") == 64);
+}
+
 TEST_CASE("a file that objdump cannot read says so, and so does a missing objdump") {
-  CHECK_THAT(disassembled("/no/such/file.so").problem, ContainsSubstring("objdump"));
+  CHECK_THAT(disassembled("/no/such/file.so").problem,
+             ContainsSubstring("objdump cannot read '/no/such/file.so'"));
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", "/no/such/folder", 1);
+  const Disassembly without = disassembled("/no/such/file.so");
+  ::setenv("PATH", path.c_str(), 1);
+  CHECK(without.text.empty());
+  CHECK_THAT(without.problem, ContainsSubstring("install binutils"));
 }
 
 TEST_CASE("what limits a kernel is named with its ceiling") {

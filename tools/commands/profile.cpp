@@ -62,6 +62,12 @@ void add_export(Command command, MeasuredArguments& arguments,
                "Say this host's name in the report, beside program, device, load and date");
 }
 
+void check_export(const MeasuredArguments& arguments, const Session& session) {
+  if (arguments.format.empty() || !session.console.json()) return;
+  throw InputError(fmt::format("--export {} and --json both say what is printed; give one of them",
+                               arguments.format));
+}
+
 std::vector<std::filesystem::path> inputs_of(const MeasuredArguments& arguments) {
   std::vector<std::filesystem::path> files;
   for (const std::string& file : {arguments.map, arguments.mesh}) {

@@ -30,6 +30,8 @@ struct MeasuredArguments {
   bool with_host = false;  ///< the report says the host's name
 };
 
+/// @throws InputError when both --export and --json say what is printed.
+void check_export(const MeasuredArguments& arguments, const Session& session);
 /// --export, with these words for formats, and --host-name.
 void add_export(Command command, MeasuredArguments& arguments,
                 const std::vector<std::string>& formats);

@@ -36,6 +36,7 @@ void check_files(const MeasureArguments& arguments, Session& session) {
 
 int run_measure(const MeasureArguments& arguments, Session& session) {
   if (!(arguments.tolerance >= 0)) throw InputError("--tolerance must not be negative");
+  check_export(arguments, session);
   check_files(arguments, session);
   const ProfileOptions options = read_measured(arguments, session);
   nlohmann::json baseline;

@@ -39,6 +39,7 @@ void add_to_grid(const std::string& text, TuneGrid& grid) {
 }
 
 int run_tune(const MeasuredArguments& arguments, Session& session) {
+  check_export(arguments, session);
   session.check_outputs({inputs_of(arguments), {}});
   const ProfileOptions options = read_measured(arguments, session);
   const Device device = session.open_device(arguments.device);
@@ -61,6 +62,7 @@ int run_tune(const MeasuredArguments& arguments, Session& session) {
 }
 
 int run_grid(const GridArguments& arguments, Session& session) {
+  check_export(arguments, session);
   std::vector<base::Output> outputs;
   if (!arguments.csv.empty()) outputs.push_back({"--csv", arguments.csv, {".csv"}});
   session.check_outputs({inputs_of(arguments), outputs});

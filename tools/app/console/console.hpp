@@ -56,6 +56,7 @@ class Console {
 
   bool quiet() const { return verbosity_.quiet; }
   bool verbose() const { return verbosity_.verbose; }
+  bool json() const { return verbosity_.json; }
 
   /// What happens, unless quiet.
   void note(const std::string& text);

@@ -8,10 +8,11 @@
 
 namespace qjulia::tools {
 
-/// The commit at which it was configured; empty where that is not known.
+/// The commit that was checked out when it was built; empty where that is not known.
 std::string build_commit();
 
-/// The compiler, its version, the build's type and flags.
+/// The compiler, its version, the build's type and flags, without folders of the machine that built
+/// it.
 std::string build_flags();
 
 /// Program, version, commit, build, UTC date, load average and the job with the hashes of its
