@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "batch_folder.hpp"
 #include "process.hpp"
@@ -326,4 +327,61 @@ for r in rows:
   const std::string page = read_text(out + "/index.html");
   CHECK_THAT(page, ContainsSubstring("src=\"./torus-detail0.03-factors16-seed2.png\"") &&
                        ContainsSubstring("24 of 24 done"));
+}
+
+TEST_CASE("shards, of which one is killed and resumed, make the table of the undivided batch") {
+  const TemporaryFolder folder;
+  std::string fits = "[defaults]\nfactors = 16\nmax_evaluations = 60\n";
+  folder.file("ball.obj", obj_text(shapes::sphere(2)));
+  fits += "[[sweep]]\nmesh = \"ball.obj\"\nseed = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]\n";
+  const std::string manifest = folder.file("m.toml", fits);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", folder / "whole"}).exit_code == 0);
+  const std::string out = folder / "parts", events = folder / "e.jsonl";
+  RunOptions in_array;
+  in_array.environment = {{"SLURM_ARRAY_TASK_ID", "2"},
+                          {"SLURM_ARRAY_TASK_MIN", "0"},
+                          {"SLURM_ARRAY_TASK_MAX", "4"},
+                          {"SLURM_ARRAY_TASK_COUNT", "3"}};
+  const Arguments second{"batch", "run", manifest, "-o", out, "--events", events};
+  for (const char* shard : {"1/3", "3/3"}) {
+    CHECK(run_command({"batch", "run", manifest, "-o", out, "--shard", shard}).exit_code == 0);
+  }
+  const std::string script = folder.file("kill.sh", R"(
+(until grep -qs '"done"' "$1"/shard-2-of-3/*.status.json; do sleep 0.01; done; kill -9 $$) &
+shift; exec "$@"
+)");
+  Arguments killed{"/bin/bash", script, out, QJULIA_COMMAND};
+  killed.insert(killed.end(), second.begin(), second.end());
+  run(killed, in_array);
+  CHECK(run_command({"batch", "merge", out}).exit_code == 1);
+  Arguments resumed = second;
+  resumed.emplace_back("--resume");
+  const ProcessResult again = run_command(resumed, in_array);
+  CHECK(again.exit_code == 0);
+  CHECK_THAT(again.err, ContainsSubstring("shard 2 of 3, as SLURM_ARRAY_TASK_ID says"));
+  const ProcessResult merged = run_command({"batch", "merge", out});
+  CHECK(merged.exit_code == 0);
+  CHECK_THAT(merged.out, ContainsSubstring("12 of 12 done"));
+  const auto entries_of = [](const std::string& made) {
+    json entries = read_summary(made)["entries"];
+    for (json& entry : entries) {
+      for (const char* of_run :
+           {"seconds", "earlier_seconds", "started", "process", "memory_bytes"})
+        entry.erase(of_run);
+      for (const char* time : {"fit_seconds", "kernel_seconds"}) entry["figures"].erase(time);
+    }
+    return entries;
+  };
+  CHECK(entries_of(folder / "whole") == entries_of(out));
+  for (const json& entry : entries_of(out)) {
+    const std::string name = entry["name"];
+    CHECK(map_bytes(folder / "whole", name) == map_bytes(out, name));
+  }
+  std::istringstream lines(read_text(events));
+  std::string line;
+  std::map<std::string, int> counts;
+  while (std::getline(lines, line)) ++counts[json::parse(line).at("event").get<std::string>()];
+  CHECK(counts["batch_started"] == 2);
+  CHECK(counts["batch_ended"] == 1);
+  CHECK(counts["done"] == 4);
 }

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <catch2/catch_all.hpp>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "batch_folder.hpp"
 #include "run_ranks.hpp"
@@ -79,6 +81,39 @@ exec "$QJULIA" batch run "$1" -o "$2"
   for (const auto& [name, time] : times) {
     CHECK(std::filesystem::last_write_time(out + "/" + name + ".qjulia.json") == time);
   }
+}
+
+TEST_CASE("a rank that is stopped is given up in the stated time, and others do its entries") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder, "", 400);
+  const std::string out = folder / "out";
+  const std::string script = folder.file("rank.sh", R"(
+if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
+  (until grep -qs '"running"' $(grep -ls "\"process\": $$[,}]" "$2"/*.status.json)
+   do sleep 0.01; done; kill -STOP $$; date +%s.%N > "$3") &
+fi
+exec "$QJULIA" batch run "$1" -o "$2" --rank-timeout 3 --events "$2.jsonl"
+)");
+  const ProcessResult ranks = run_ranks({"/bin/bash", script, manifest, out, folder / "stopped"});
+  CAPTURE(ranks.err);
+  CHECK(ranks.exit_code == 1);  // as alone: one mesh is empty
+  CHECK_THAT(ranks.err, ContainsSubstring("rank 1 no longer answers and is given up: others do"));
+  CHECK(read_summary(out)["counts"]["done"] == 5);
+  const double stopped = std::stod(read_text(folder / "stopped"));
+  std::istringstream events(read_text(out + ".jsonl"));
+  std::string line;
+  int lost = 0;
+  while (std::getline(events, line)) {
+    const json event = json::parse(line);
+    if (event["event"] != "rank_lost") continue;
+    ++lost;
+    // Seconds of the minute: the time is UTC, as `date`'s is from 1970.
+    const double second = std::stod(event["time"].get<std::string>().substr(17, 6));
+    const double after = std::fmod(second - std::fmod(stopped, 60) + 60, 60);
+    CHECK(after > 2.5);
+    CHECK(after < 6);
+  }
+  CHECK(lost == 1);
 }
 
 TEST_CASE("what is wrong from the start is said once, and every rank ends") {

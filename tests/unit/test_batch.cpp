@@ -8,15 +8,20 @@
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch_all.hpp>
+#include <cmath>
+#include <map>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "batch/batch.hpp"
+#include "batch/event_log.hpp"
 #include "batch/folder_lock.hpp"
 #include "batch/round.hpp"
+#include "batch/shard.hpp"
 #include "batch/summary_table.hpp"
 #include "qjulia/base/error.hpp"
 #include "rank_threads.hpp"
@@ -404,6 +409,179 @@ TEST_CASE("what cannot be written down is handed back") {
   CHECK(status_of(folder, "c").state == batch::EntryState::done);
 }
 
+namespace {
+
+/// A rank that is a thread of the test.
+class BatchRankThread final : public batch::BatchRanks {
+ public:
+  BatchRankThread(qjulia::test::RankTable& table, int rank) : ranks_(table, rank) {}
+  int rank() const override { return ranks_.rank(); }
+  int size() const override { return ranks_.size(); }
+  std::vector<std::optional<std::string>> exchange(const std::string& mine) override {
+    std::vector<std::optional<std::string>> said;
+    for (const auto& numbers : ranks_.all_gather(Ranks::numbers_of(mine))) {
+      said.emplace_back(Ranks::bytes_of(numbers));
+    }
+    return said;
+  }
+
+ private:
+  qjulia::test::RankThread ranks_;
+};
+
+/// Rank 0, with a rank 1 that asks for an entry, and from the tenth round on says nothing.
+class RankBesideLost final : public batch::BatchRanks {
+ public:
+  int rank() const override { return 0; }
+  int size() const override { return 2; }
+  std::vector<std::optional<std::string>> exchange(const std::string& mine) override {
+    batch::RoundMessage message{1, {}, {}};
+    if (round_ == 0) message.requests.push_back({0, {}});
+    if (++round_ < 10) return {mine, packed(message)};
+    return {mine, std::nullopt};
+  }
+
+ private:
+  int round_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("a shard is read, and what a scheduler says of it") {
+  CHECK(batch::shard_of("2/3") == batch::Shard{2, 3});
+  for (const char* wrong : {"", "2", "0/3", "4/3", "2/", "/3", "-1/3", "1/3x", "1/100001"}) {
+    CHECK_THROWS_WITH(batch::shard_of(wrong), ContainsSubstring("give I/N"));
+  }
+  using Variables = std::map<std::string, std::string>;
+  const auto said = [](const Variables& variables) {
+    return batch::scheduled_shard([&](const char* name) {
+      const auto found = variables.find(name);
+      return found == variables.end() ? nullptr : found->second.c_str();
+    });
+  };
+  const auto slurm = [&](const char* id, const char* first, const char* last, const char* count) {
+    return said({{"SLURM_ARRAY_TASK_ID", id},
+                 {"SLURM_ARRAY_TASK_MIN", first},
+                 {"SLURM_ARRAY_TASK_MAX", last},
+                 {"SLURM_ARRAY_TASK_COUNT", count}});
+  };
+  CHECK_FALSE(said({}));
+  CHECK(slurm("0", "0", "2", "3")->shard == batch::Shard{1, 3});
+  CHECK(slurm("8", "0", "8", "3")->shard == batch::Shard{3, 3});
+  CHECK(slurm("7", "7", "7", "1")->shard == batch::Shard{1, 1});
+  CHECK_THROWS_WITH(slurm("5", "1", "7", "3"), ContainsSubstring("no regular series"));
+  CHECK_THROWS_WITH(slurm("4", "1", "3", "3"), ContainsSubstring("no regular series"));
+  CHECK_THROWS_WITH(slurm("1", "1", "2", "3"), ContainsSubstring("no regular series"));
+  CHECK_THROWS_WITH(said({{"SLURM_ARRAY_TASK_ID", "1"}}), ContainsSubstring("--shard 1/1"));
+  CHECK_THROWS_WITH(said({{"PBS_ARRAY_INDEX", "1"}}),
+                    ContainsSubstring("give --shard $PBS_ARRAY_INDEX/N"));
+}
+
+TEST_CASE("shards make the entries of the undivided batch, in its order") {
+  const TemporaryFolder folder;
+  const auto run_shard = [&](std::size_t number) {
+    batch::Manifest manifest = manifest_of({"e", "d", "c", "b", "a"});
+    batch::keep_shard(manifest, {number, 2});
+    batch::BatchOptions options = options_for(folder);
+    options.folder = batch::shard_folder(folder.path(), {number, 2});
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest, {device("here", write_map)}, options);
+  };
+  CHECK_THROWS_WITH(batch::merge_shards(folder.path()), ContainsSubstring("holds no shards"));
+  run_shard(2);
+  CHECK_THROWS_WITH(batch::merge_shards(folder.path()), ContainsSubstring("lacks shard 1 of 2"));
+  run_shard(1);
+  for (int times = 0; times < 2; ++times) {
+    std::string names;
+    for (const batch::EntryStatus& entry : batch::merge_shards(folder.path())) {
+      CHECK(entry.state == batch::EntryState::done);
+      for (const std::string& file : entry.files) {
+        CHECK(std::filesystem::exists(folder.path() / file));
+      }
+      names += entry.name;
+    }
+    CHECK(names == "edcba");
+  }
+  CHECK(batch::read_batch(folder.path(), false).size() == 5);
+  std::filesystem::rename(folder.path() / "shard-2-of-2", folder.path() / "shard-9-of-9");
+  CHECK(batch::merge_shards(folder.path()).size() == 5);  // the folder's file says which it is
+  folder.file("shard-9-of-9/batch.json", "{\"entries\": []}");
+  CHECK_THROWS_WITH(batch::merge_shards(folder.path()), ContainsSubstring("is no shard"));
+}
+
+TEST_CASE("events are lines of JSON, and progress comes once a second") {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "e.jsonl";
+  batch::EntryStatus status;
+  status.name = "a\nb\xff";
+  status.energy = std::nan("");
+  using Kind = batch::BatchEvent::Kind;
+  {
+    batch::EventLog log(file, false, 3);
+    for (const Kind kind : {Kind::started, Kind::progress, Kind::progress, Kind::done}) {
+      log.write({.kind = kind, .status = &status, .device = "d"});
+    }
+    log.write({.kind = Kind::done, .elsewhere = true, .status = &status});
+    log.write({.kind = Kind::rank_lost, .device = "rank 1", .message = "gone"});
+    CHECK_FALSE(log.has_failed());
+  }
+  batch::EventLog(file, true, 0).write("batch_ended", {{"done", 1}});
+  std::istringstream lines(read_text(file));
+  std::string line;
+  std::string events;
+  while (std::getline(lines, line)) {
+    const auto event = nlohmann::json::parse(line);
+    events += event.at("event").get<std::string>() + " ";
+    CHECK(event.at("time").get<std::string>().size() ==
+          std::string("2026-01-02T03:04:05.678Z").size());
+    if (event.contains("energy")) CHECK(event["energy"].is_null());
+  }
+  CHECK(events == "started progress done rank_lost batch_ended ");
+  CHECK_THROWS_AS(batch::EventLog(folder.path() / "no/such/file", false, 0), OutputError);
+}
+
+TEST_CASE("metrics are in Prometheus's text format") {
+  batch::EntryStatus status;
+  status.name = "a\"b\\c\n";
+  status.state = batch::EntryState::running;
+  status.seconds = 1.5;
+  status.energy = 0.25;
+  const std::string text = batch::metrics_text({{status.name, status}}, 3, 12.5);
+  const std::string label = R"({entry="a\"b\\c\n",state="running"})";
+  CHECK_THAT(text, ContainsSubstring("# TYPE qjulia_batch_entries gauge\n"));
+  CHECK_THAT(text, ContainsSubstring("qjulia_batch_entries{state=\"waiting\"} 2\n"));
+  CHECK_THAT(text, ContainsSubstring("qjulia_batch_entries{state=\"running\"} 1\n"));
+  CHECK_THAT(text, ContainsSubstring("qjulia_batch_entry_seconds" + label + " 1.5\n"));
+  CHECK_THAT(text, ContainsSubstring("qjulia_batch_entry_energy" + label + " 0.25\n"));
+  CHECK_THAT(text, !ContainsSubstring("memory_bytes{"));  // not known
+  CHECK_THAT(text, ContainsSubstring("qjulia_batch_time_seconds 12.500\n"));
+}
+
+TEST_CASE("entries of a lost rank are done by others") {
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b", "c"});
+  const batch::BatchOptions options = options_for(folder, true);
+  const auto lock = batch::prepare_batch(manifest, options);
+  RankBesideLost ranks;
+  std::vector<std::string> lost;
+  std::set<std::string> done;
+  const auto worker = device("here", [](const auto& entry, const auto& path, const auto& monitor) {
+    return write_map(entry, path, monitor);
+  });
+  batch::run_batch(
+      manifest, {worker}, options,
+      [&](const batch::BatchEvent& event) {
+        if (event.kind == batch::BatchEvent::Kind::rank_lost) {
+          lost.push_back(event.device + ": " + event.message);
+        }
+        if (event.kind == batch::BatchEvent::Kind::done) done.insert(event.status->name);
+      },
+      {}, &ranks);
+  CHECK(done == std::set<std::string>{"a", "b", "c"});
+  REQUIRE(lost.size() == 1);  // told once
+  CHECK_THAT(lost.front(), Catch::Matchers::StartsWith("rank 1: others do "));
+}
+
 TEST_CASE("each entry is done once by ranks that share a folder") {
   const TemporaryFolder folder;
   std::vector<std::string> names;
@@ -428,7 +606,7 @@ TEST_CASE("each entry is done once by ranks that share a folder") {
     std::vector<std::jthread> ranks;
     for (int rank = 0; rank < kRanks; ++rank) {
       ranks.emplace_back([&, rank] {
-        qjulia::test::RankThread thread(table, rank);
+        BatchRankThread thread(table, rank);
         const std::string who(1, static_cast<char>('p' + rank));
         const std::vector<batch::BatchDevice> devices =
             rank == 2 ? std::vector{device("broken", broken)} : std::vector{work(who), work(who)};

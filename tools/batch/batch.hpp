@@ -12,9 +12,10 @@
 
 #include "batch/folder_lock.hpp"
 #include "qjulia/base/progress.hpp"
-#include "qjulia/fit/ranks.hpp"
 
 namespace qjulia::batch {
+
+class BatchRanks;
 
 /// An option of a fit as a manifest gives it.
 struct ManifestOption {
@@ -44,11 +45,21 @@ struct BatchEntry {
   std::filesystem::path mesh;
   std::vector<ManifestOption> options;  ///< the entry's own, then defaults it does not override
   BatchOutputs outputs;
-  std::size_t line = 0;  ///< where its [[fit]] or [[sweep]] begins
+  std::size_t line = 0;   ///< where its [[fit]] or [[sweep]] begins
+  std::size_t place = 0;  ///< in the whole manifest, where it is divided
+};
+
+/// A part of a batch.
+struct Shard {
+  std::size_t number = 1;  ///< from 1 to `count`
+  std::size_t count = 1;
+  bool operator==(const Shard&) const = default;
 };
 
 struct Manifest {
   std::filesystem::path file;
+  std::optional<Shard> shard{};     ///< whose entries these are; none: all of them
+  std::size_t all_entries = 0;      ///< of the whole manifest, where it is divided
   std::vector<BatchEntry> entries;  ///< in the manifest's order; those of a glob by name
 };
 
@@ -120,7 +131,11 @@ struct EntryStatus {
   /// Every option, by name, of the fit, "version" of the program and "compare"; empty when a
   /// version of the program wrote it that did not keep them.
   nlohmann::json settings = nlohmann::json::object();
-  Progress progress;  ///< while running
+  Progress progress;             ///< while running
+  std::optional<double> energy;  ///< of the latest evaluation of the run
+  /// The most memory that the process had at once in the run, with what else it did meanwhile; 0
+  /// where the system does not say.
+  std::uint64_t memory_bytes = 0;
   std::string error;
   std::vector<FailedTry> failed_tries;
   std::vector<std::string> files;  ///< in the batch's folder; until it is done, an earlier run's
@@ -134,12 +149,17 @@ struct EntryResult {
   nlohmann::json figures;
 };
 
+/// What an entry tells while it runs.
+struct EntryMonitor : ProgressMonitor {
+  std::function<void(double)> on_energy;  ///< of each evaluation of the fit; may be empty
+};
+
 /// Runs entries one after another on one device. Writes an entry's files into `folder`, each under
 /// its name only when it is complete.
 /// @throws DeviceError, KernelBuildError: the device is to blame, another may do it; Interrupted;
 ///   whatever else: the entry has failed.
 using BatchWorker = std::function<EntryResult(
-    const BatchEntry& entry, const std::filesystem::path& folder, const ProgressMonitor& monitor)>;
+    const BatchEntry& entry, const std::filesystem::path& folder, const EntryMonitor& monitor)>;
 
 /// One of the queues a batch runs on: a device, or a share of one.
 struct BatchDevice {
@@ -159,13 +179,14 @@ struct BatchOptions {
 
 /// A moment of a batch.
 struct BatchEvent {
-  enum class Kind { started, progress, done, failed, given_back, interrupted, retired };
+  enum class Kind { started, progress, done, failed, given_back, interrupted, retired, rank_lost };
   Kind kind;
   bool earlier = false;                 ///< done or failed before this run
-  bool elsewhere = false;               ///< done or failed by another rank, which tells of it
-  const EntryStatus* status = nullptr;  ///< null when a device is retired
-  std::string device{};
-  std::string message{};  ///< why an entry is given back or a device retired
+  bool elsewhere = false;               ///< told of by another rank, which did it or is rank 0
+  const EntryStatus* status = nullptr;  ///< null when a device is retired or a rank lost
+  std::string device{};                 ///< or the rank that is lost
+  std::string message{};  ///< why an entry is given back or a device retired; of a lost rank, what
+                          ///< becomes of its entries
 };
 
 /// Makes the folder and takes its lock, removes what an earlier run left half done, and unless
@@ -186,7 +207,7 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const std::vector<BatchDevice>& devices,
                                    const BatchOptions& options,
                                    const std::function<void(const BatchEvent&)>& observe = {},
-                                   std::stop_token stop = {}, Ranks* ranks = nullptr);
+                                   std::stop_token stop = {}, BatchRanks* ranks = nullptr);
 
 /// Every entry of the batch in `folder`, in the manifest's order, from any rank.
 /// @param is_running whether a process has the folder: what is under way is lost without.

@@ -28,13 +28,15 @@ bool is_settled(EntryState state) {
 
 }  // namespace
 
-Queue::Queue(const Manifest& manifest, const BatchOptions& options, Ranks* ranks,
-             std::size_t runners, std::function<void(const Settled&)> observe_settled)
+Queue::Queue(const Manifest& manifest, const BatchOptions& options, BatchRanks* ranks,
+             std::size_t runners, std::function<void(const Settled&)> observe_settled,
+             std::function<void(const LostRank&)> observe_lost)
     : manifest_(manifest),
       options_(options),
       ranks_(ranks),
       rank_(ranks == nullptr ? 0 : static_cast<std::size_t>(ranks->rank())),
       observe_settled_(std::move(observe_settled)),
+      observe_lost_(std::move(observe_lost)),
       places_(manifest.entries.size(), Place::open),
       held_(runners),
       runners_(runners) {
@@ -99,7 +101,7 @@ void Queue::run() {
       const auto messages = exchange(message());
       replay(messages);
       is_runner_left =
-          std::ranges::any_of(messages, [](const RoundMessage& m) { return m.runners > 0; });
+          std::ranges::any_of(messages, [](const auto& m) { return m && m->runners > 0; });
     }
   } catch (...) {
     const std::lock_guard lock(mutex_);
@@ -123,25 +125,46 @@ RoundMessage Queue::message() {
   return message;
 }
 
-std::vector<RoundMessage> Queue::exchange(const RoundMessage& mine) {
+Queue::Messages Queue::exchange(const RoundMessage& mine) {
   if (ranks_ == nullptr) return {mine};
-  std::vector<RoundMessage> messages;
-  for (const auto& numbers : ranks_->all_gather(Ranks::numbers_of(packed(mine)))) {
-    messages.push_back(unpacked(Ranks::bytes_of(numbers)));
+  Messages messages;
+  for (const auto& bytes : ranks_->exchange(packed(mine))) {
+    messages.push_back(bytes ? std::optional(unpacked(*bytes)) : std::nullopt);
   }
   return messages;
 }
 
-void Queue::replay(const std::vector<RoundMessage>& messages) {
+void Queue::replay(const Messages& messages) {
   std::vector<Settled> settled;
+  std::vector<LostRank> lost;
   std::unique_lock lock(mutex_);
   for (std::size_t rank = 0; rank < messages.size(); ++rank) {
-    std::ranges::move(place_back(rank, messages[rank]), std::back_inserter(settled));
+    if (messages[rank]) {
+      std::ranges::move(place_back(rank, *messages[rank]), std::back_inserter(settled));
+    } else if (auto given_up = give_up(rank)) {
+      lost.push_back(std::move(*given_up));
+    }
   }
-  for (std::size_t rank = 0; rank < messages.size(); ++rank) hand_out(rank, messages[rank]);
+  for (std::size_t rank = 0; rank < messages.size(); ++rank) {
+    if (messages[rank]) hand_out(rank, *messages[rank]);
+  }
   changed_.notify_all();
   lock.unlock();
   for (const Settled& entry : settled) observe_settled_(entry);
+  for (const LostRank& rank : lost) {
+    if (observe_lost_) observe_lost_(rank);
+  }
+}
+
+std::optional<LostRank> Queue::give_up(std::size_t rank) {
+  if (!lost_.insert(rank).second) return std::nullopt;
+  LostRank lost{rank, {}};
+  for (const auto& [index, taker] : takers_) {
+    if (taker != rank || places_[index] != Place::taken) continue;
+    places_[index] = Place::open;
+    lost.entries.push_back(manifest_.entries[index].name);
+  }
+  return lost;
 }
 
 std::vector<Settled> Queue::place_back(std::size_t rank, const RoundMessage& message) {
@@ -172,6 +195,7 @@ void Queue::hand_out(std::size_t rank, const RoundMessage& message) {
       if (!index) continue;
       served.insert(runner);
       places_[*index] = Place::taken;
+      takers_[*index] = rank;
       if (rank != rank_) continue;
       const auto request = requests_.find(runner);
       if (request != requests_.end()) {

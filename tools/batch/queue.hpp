@@ -21,6 +21,12 @@ struct Settled {
   enum class By { earlier_run, this_rank, other_rank } by;
 };
 
+/// A rank that was given up, and the entries that are open again.
+struct LostRank {
+  std::size_t rank = 0;
+  std::vector<std::string> entries;
+};
+
 /// The entries' list. Every rank has the same one: what threads ask for and what they have settled
 /// goes round all ranks, and each replays it in the same order.
 class Queue {
@@ -28,8 +34,10 @@ class Queue {
   /// @param runners threads of this rank that take entries.
   /// @param observe_settled is called with every entry that is settled, in the same order on all
   /// ranks.
-  Queue(const Manifest& manifest, const BatchOptions& options, Ranks* ranks, std::size_t runners,
-        std::function<void(const Settled&)> observe_settled);
+  /// @param observe_lost is called with every rank that is given up.
+  Queue(const Manifest& manifest, const BatchOptions& options, BatchRanks* ranks,
+        std::size_t runners, std::function<void(const Settled&)> observe_settled,
+        std::function<void(const LostRank&)> observe_lost = {});
 
   /// The next entry, this runner's alone until it is put back. Waits while entries are in other
   /// hands, which may give them back. Nothing when all are settled, a stop is requested, or `run`
@@ -53,6 +61,7 @@ class Queue {
 
  private:
   enum class Place { open, taken, settled };
+  using Messages = std::vector<std::optional<RoundMessage>>;  ///< by rank; none of lost ranks
   struct Request {
     std::set<std::size_t> last_choice;
     std::optional<std::size_t> answer;
@@ -61,9 +70,10 @@ class Queue {
   /// This rank's message for the next round. Waits until it has something to say, or others have
   /// waited long enough.
   RoundMessage message();
-  /// The messages of all ranks, by rank.
-  std::vector<RoundMessage> exchange(const RoundMessage& mine);
-  void replay(const std::vector<RoundMessage>& messages);
+  Messages exchange(const RoundMessage& mine);
+  void replay(const Messages& messages);
+  /// Opens the entries of a rank that is lost for the first time.
+  std::optional<LostRank> give_up(std::size_t rank);
   /// Notes the places of entries that a rank has put back. @return those that are settled.
   std::vector<Settled> place_back(std::size_t rank, const RoundMessage& message);
   /// Gives entries to those of a rank's runners that wait for one.
@@ -77,14 +87,17 @@ class Queue {
 
   const Manifest& manifest_;
   const BatchOptions& options_;
-  Ranks* ranks_;  ///< null: this process alone
+  BatchRanks* ranks_;  ///< null: this process alone
   std::size_t rank_;
   std::function<void(const Settled&)> observe_settled_;
+  std::function<void(const LostRank&)> observe_lost_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;  ///< for runners: answers, or that all is settled
   std::condition_variable_any news_;     ///< for `run`: there is something to tell
   bool has_news_ = false;
   std::vector<Place> places_;
+  std::map<std::size_t, std::size_t> takers_;     ///< the ranks that have what is taken, by entry
+  std::set<std::size_t> lost_;                    ///< ranks
   std::map<std::size_t, Request> requests_;       ///< by runner
   std::vector<std::optional<std::size_t>> held_;  ///< entries, by runner
   bool has_failed_ = false;                       ///< `run` has

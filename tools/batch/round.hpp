@@ -2,6 +2,7 @@
 /// The messages that the ranks of a batch exchange in a round of its queue.
 
 #include <cstddef>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -9,6 +10,23 @@
 #include "batch/batch.hpp"
 
 namespace qjulia::batch {
+
+/// Processes that run a batch together, each with the same list of entries.
+class BatchRanks {
+ public:
+  virtual ~BatchRanks() = default;
+  virtual int rank() const = 0;  ///< 0 … size − 1
+  virtual int size() const = 0;
+  /// What every rank gives, by rank, on every rank; nothing of a rank that is lost: one that has
+  /// not called this for so long that the others have given it up. It stays lost.
+  /// @throws Error on a rank that was given up itself, and where rank 0 is lost.
+  virtual std::vector<std::optional<std::string>> exchange(const std::string& mine) = 0;
+
+ protected:
+  BatchRanks() = default;
+  BatchRanks(const BatchRanks&) = default;
+  BatchRanks& operator=(const BatchRanks&) = default;
+};
 
 /// One rank's message.
 struct RoundMessage {

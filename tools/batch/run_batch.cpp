@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "base/output_file.hpp"
 #include "base/text.hpp"
 #include "batch/batch.hpp"
+#include "batch/memory.hpp"
 #include "batch/queue.hpp"
 #include "batch/status.hpp"
 #include "qjulia/base/error.hpp"
@@ -103,12 +105,14 @@ struct Runner {
     const auto put_back = [&](EntryState state, std::string error = {}) {
       status.state = state;
       status.error = std::move(error);
+      status.memory_bytes = most_memory();
       status.seconds = seconds_since(start);
       status.progress = {};
       if (state == EntryState::failed) status.files.clear();
       queue.put_back(number, index, status);
     };
     try {
+      forget_most_memory();
       begin(entry, status);
       if (!worker) worker = device.open();
       EntryResult result = worker(entry, options.folder, monitor(status, start));
@@ -152,20 +156,24 @@ struct Runner {
     tell(Kind::started, &status);
   }
 
-  ProgressMonitor monitor(EntryStatus& status, Clock::time_point start) {
-    return {[this, &status, start, written = start](const Progress& progress) mutable {
-              status.progress = progress;
-              status.seconds = seconds_since(start);
-              tell(Kind::progress, &status);
-              if (Clock::now() - written < kBetweenStatuses) return;
-              written = Clock::now();
-              try {
-                write_status(options.folder, status);
-              } catch (const OutputError&) {
-                // Only who looks from outside misses something.
-              }
-            },
-            stop};
+  EntryMonitor monitor(EntryStatus& status, Clock::time_point start) {
+    EntryMonitor made;
+    made.stop = stop;
+    made.on_energy = [&status](double energy) { status.energy = energy; };
+    made.on_progress = [this, &status, start, written = start](const Progress& progress) mutable {
+      status.progress = progress;
+      status.seconds = seconds_since(start);
+      tell(Kind::progress, &status);
+      if (Clock::now() - written < kBetweenStatuses) return;
+      written = Clock::now();
+      status.memory_bytes = most_memory();
+      try {
+        write_status(options.folder, status);
+      } catch (const OutputError&) {
+        // Only who looks from outside misses something.
+      }
+    };
+    return made;
   }
 
   template <class PutBack>
@@ -248,13 +256,13 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const std::vector<BatchDevice>& devices,
                                    const BatchOptions& options,
                                    const std::function<void(const BatchEvent&)>& observe,
-                                   std::stop_token stop, Ranks* ranks) {
+                                   std::stop_token stop, BatchRanks* ranks) {
   std::mutex one_at_a_time;
   const std::function<void(const BatchEvent&)> observer = [&](const BatchEvent& event) {
     const std::lock_guard lock(one_at_a_time);
     if (observe) observe(event);
   };
-  Queue queue(manifest, options, ranks, devices.size(), [&](const Settled& settled) {
+  const auto tell_settled = [&](const Settled& settled) {
     const EntryStatus& status = settled.status;
     observer({.kind = status.state == EntryState::done ? Kind::done : Kind::failed,
               .earlier = settled.by == Settled::By::earlier_run,
@@ -262,7 +270,16 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
               .status = &status,
               .device = status.device,
               .message = status.error});
-  });
+  };
+  const auto tell_lost = [&](const LostRank& lost) {
+    observer({.kind = Kind::rank_lost,
+              .elsewhere = ranks != nullptr && ranks->rank() > 0,  // rank 0 tells of it
+              .device = fmt::format("rank {}", lost.rank),
+              .message = lost.entries.empty()
+                             ? std::string("it had no entry")
+                             : fmt::format("others do {}", fmt::join(lost.entries, ", "))});
+  };
+  Queue queue(manifest, options, ranks, devices.size(), tell_settled, tell_lost);
   // Told of at the end: telling takes memory, and it may be memory that there is too little of.
   std::vector<std::exception_ptr> failures(devices.size());
   {

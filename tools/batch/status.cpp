@@ -47,6 +47,8 @@ json EntryStatus::to_json() const {
   json all = *this;
   all["earlier_seconds"] = earlier_seconds;
   all["settings"] = settings;
+  all["energy"] = energy && std::isfinite(*energy) ? json(*energy) : json();
+  all["memory_bytes"] = memory_bytes > 0 ? json(memory_bytes) : json();
   if (!std::isfinite(progress.seconds_left)) all["progress"]["seconds_left"] = -1.0;
   return all;
 }
@@ -85,6 +87,10 @@ std::optional<EntryStatus> load_status(const std::filesystem::path& folder,
     EntryStatus status = all.get<EntryStatus>();
     // Earlier versions did not write these.
     status.earlier_seconds = all.value("earlier_seconds", 0.0);
+    if (all.contains("energy") && all["energy"].is_number()) status.energy = all["energy"];
+    if (all.contains("memory_bytes") && all["memory_bytes"].is_number_unsigned()) {
+      status.memory_bytes = all["memory_bytes"];
+    }
     if (all.contains("settings") && all["settings"].is_object()) status.settings = all["settings"];
     return status;
   } catch (const json::exception&) {
@@ -134,9 +140,15 @@ void write_index(const Manifest& manifest, const BatchOptions& options) {
     }
     entries.push_back(
         {{"name", entry.name}, {"mesh", entry.mesh.string()}, {"settings", std::move(settings)}});
+    if (manifest.shard) entries.back()["place"] = entry.place;
   }
-  write_json(options.folder / "batch.json",
-             {{"manifest", manifest.file.string()}, {"entries", entries}});
+  json index{{"manifest", manifest.file.string()}, {"entries", entries}};
+  if (manifest.shard) {
+    index["shard"] = {{"number", manifest.shard->number},
+                      {"count", manifest.shard->count},
+                      {"entries", manifest.all_entries}};
+  }
+  write_json(options.folder / "batch.json", index);
 }
 
 std::string time_stamp() {

@@ -48,7 +48,8 @@ void add_batch(CommandLine& program, ChosenCommand& chosen) {
   qjulia batch status results)",
                      "",
                      {{"--status", "status"}, {"--check", "check"}}});
-  for (const auto add : {add_batch_run, add_batch_status, add_batch_check}) add(program, chosen);
+  for (const auto add : {add_batch_run, add_batch_status, add_batch_merge, add_batch_check})
+    add(program, chosen);
 }
 
 }  // namespace qjulia::tools

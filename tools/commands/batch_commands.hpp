@@ -12,6 +12,7 @@ namespace qjulia::tools {
 
 void add_batch_run(CommandLine& program, ChosenCommand& chosen);
 void add_batch_status(CommandLine& program, ChosenCommand& chosen);
+void add_batch_merge(CommandLine& program, ChosenCommand& chosen);
 void add_batch_check(CommandLine& program, ChosenCommand& chosen);
 
 /// MANIFEST.

@@ -103,6 +103,11 @@ void BatchDisplay::show(const batch::BatchEvent& event) {
     case Kind::retired:
       console_.warn(fmt::format("device {} is out of use: {}", event.device, event.message));
       break;
+    case Kind::rank_lost:
+      if (event.elsewhere) break;
+      console_.warn(
+          fmt::format("{} no longer answers and is given up: {}", event.device, event.message));
+      break;
   }
   if (table_ && (said || Clock::now() - last_drawn_ > kBetweenTables)) draw_table();
 }

@@ -3,9 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "base/kernel_cache.hpp"
+#include "batch/event_log.hpp"
+#include "batch/shard.hpp"
 #include "commands/batch_commands.hpp"
 #include "commands/batch_display.hpp"
 #include "commands/fit_worker.hpp"
@@ -21,6 +26,9 @@ struct BatchArguments {
   TrustedDevice device;
   int jobs = 1;
   bool resume = false, retry_failed = false;
+  std::optional<batch::Shard> shard;
+  std::string events, metrics;
+  int rank_timeout = 60;  ///< seconds
 };
 
 /// One fit leaves a CPU's cores idle a sixth of the time; two at once leave little of it.
@@ -33,6 +41,15 @@ int jobs_in(const std::string& text) {
     throw InputError(text + " is out of range; give auto, or a number from 1 to 1024");
   }
   return jobs;
+}
+
+int timeout_in(const std::string& text) {
+  constexpr int kDay = 86400;
+  const int seconds = whole_number(text);
+  if (seconds < 1 || seconds > kDay) {
+    throw InputError(fmt::format("{} is out of range; give seconds from 1 to {}", text, kDay));
+  }
+  return seconds;
 }
 
 /// This rank's queues: `jobs` for a CPU, one for any other device.
@@ -69,9 +86,9 @@ std::vector<batch::EntryStatus> final_states(const std::filesystem::path& folder
 }
 
 /// @param settled entries that are done or have failed, as this run has found or made them.
-int finish(const BatchArguments& arguments, std::size_t settled,
-           const std::vector<batch::EntryStatus>& unsaved, Session& session) {
-  const auto entries = final_states(arguments.folder, unsaved);
+int finish(const std::filesystem::path& folder, std::size_t settled,
+           const std::vector<batch::EntryStatus>& unsaved, batch::EventLog* log, Session& session) {
+  const auto entries = final_states(folder, unsaved);
   for (const batch::EntryStatus& status : unsaved) {
     if (status.state != batch::EntryState::done) continue;
     session.console.warn(
@@ -80,7 +97,7 @@ int finish(const BatchArguments& arguments, std::size_t settled,
   }
   std::string unwritten;
   try {
-    batch::write_summary(arguments.folder, entries);
+    batch::write_summary(folder, entries);
   } catch (const OutputError& error) {
     unwritten = error.what();
   }
@@ -98,13 +115,18 @@ int finish(const BatchArguments& arguments, std::size_t settled,
         not_again);
   }
   if (unwritten.empty()) {
-    const std::filesystem::path folder = arguments.folder;
     text += fmt::format("\nsummary: {}, .csv; page: {}", (folder / "summary.json").string(),
                         (folder / "index.html").string());
   }
   nlohmann::json json = report_json(entries);
   json["seconds"] = session.seconds();
-  json["folder"] = arguments.folder;
+  json["folder"] = folder.string();
+  if (log != nullptr) {
+    log->write("batch_ended", {{"entries", entries.size()},
+                               {"done", done},
+                               {"failed", count(entries, batch::EntryState::failed)},
+                               {"seconds", session.seconds()}});
+  }
   session.console.summary(text, json);
   if (!unwritten.empty()) throw OutputError(unwritten);
   if (done == entries.size() && not_again == 0) return kDone;
@@ -121,9 +143,49 @@ struct BatchStart {
   std::optional<batch::FolderLock> lock;  ///< rank 0's
 };
 
+/// PoCL's cache is not safe to fill by several processes, as shards are that start together.
+void use_own_kernel_cache(const batch::Shard& shard) {
+  if (std::getenv("POCL_CACHE_DIR") != nullptr) return;
+  const auto own = batch::shard_folder(base::kernel_cache().folder, shard);
+  std::error_code ignored;  // PoCL says what is wrong with it
+  std::filesystem::create_directories(own, ignored);
+  ::setenv("POCL_CACHE_DIR", own.c_str(), 1);
+}
+
+std::filesystem::path folder_of(const BatchArguments& arguments, const batch::Manifest& manifest) {
+  return manifest.shard ? batch::shard_folder(arguments.folder, *manifest.shard)
+                        : std::filesystem::path(arguments.folder);
+}
+
+/// The shard that is asked for, or that a scheduler's array says. @throws InputError
+std::optional<batch::Shard> wanted_shard(const BatchArguments& arguments, Session& session) {
+  if (arguments.shard) {
+    return arguments.shard->count > 1 ? arguments.shard : std::nullopt;
+  }
+  const auto scheduled = batch::scheduled_shard([](const char* name) { return std::getenv(name); });
+  if (!scheduled) return std::nullopt;
+  session.console.note(fmt::format("shard {} of {}, as {} says; --shard 1/1 does the whole batch",
+                                   scheduled->shard.number, scheduled->shard.count,
+                                   scheduled->variable));
+  return scheduled->shard;
+}
+
+void check_watched_files(const BatchArguments& arguments, Session& session) {
+  std::vector<base::Output> outputs;
+  if (!arguments.events.empty()) outputs.push_back({"--events", arguments.events, {".jsonl"}});
+  if (!arguments.metrics.empty()) outputs.push_back({"--prometheus", arguments.metrics, {".prom"}});
+  if (!outputs.empty()) session.check_outputs({{arguments.manifest}, outputs});
+}
+
 BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Session& session) {
+  if (ranks.rank() == 0) check_watched_files(arguments, session);
   BatchStart start{read_manifest(arguments.manifest, arguments.resume, session.stop()), {}, {}, {}};
-  start.options = {arguments.folder, arguments.resume, arguments.retry_failed, fit_key, settings};
+  if (const auto shard = wanted_shard(arguments, session)) {
+    batch::keep_shard(start.manifest, *shard);
+    use_own_kernel_cache(*shard);
+  }
+  start.options = {folder_of(arguments, start.manifest), arguments.resume, arguments.retry_failed,
+                   fit_key, settings};
   start.devices = batch_devices(arguments, ranks, session);
   const std::string who = ranks.size() > 1 ? fmt::format("rank {}: ", ranks.rank()) : "";
   for (const batch::BatchDevice& device : start.devices) {
@@ -135,8 +197,55 @@ BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Se
   return start;
 }
 
+/// The files for programs that watch the batch.
+struct Watchers {
+  std::optional<batch::EventLog> log;
+  std::optional<batch::MetricsFile> metrics;  ///< rank 0's
+  std::string problem;                        ///< why the metrics are not up to date
+
+  Watchers(const BatchArguments& arguments, const batch::Manifest& manifest, int rank) {
+    if (!arguments.events.empty()) {
+      log.emplace(arguments.events, arguments.resume || rank > 0, rank);
+      nlohmann::json began{{"entries", manifest.entries.size()}, {"resume", arguments.resume}};
+      if (manifest.shard) {
+        began["shard"] = fmt::format("{}/{}", manifest.shard->number, manifest.shard->count);
+      }
+      log->write("batch_started", std::move(began));
+    }
+    if (rank == 0 && !arguments.metrics.empty()) {
+      metrics.emplace(arguments.metrics, manifest.entries.size());
+      metrics->write();
+    }
+  }
+
+  /// The batch goes on where one of the files can no longer be written.
+  void note(const batch::BatchEvent& event) {
+    if (log) log->write(event);
+    if (!metrics) return;
+    try {
+      metrics->note(event);
+    } catch (const OutputError& error) {
+      problem = error.what();
+    }
+  }
+
+  void end(Session& session) {
+    if (log && log->has_failed()) {
+      session.console.warn("--events: lines are missing, since they could not be written");
+    }
+    if (!metrics) return;
+    try {
+      metrics->write();
+    } catch (const OutputError& error) {
+      problem = error.what();
+    }
+    if (!problem.empty()) session.console.warn("--prometheus: " + problem);
+  }
+};
+
 int run_batch(const BatchArguments& arguments, Session& session) {
   LaunchedRanks ranks;
+  ranks.set_patience(std::chrono::seconds(arguments.rank_timeout));
   std::optional<BatchStart> started;
   if (const int code = together(ranks, [&]() -> int {
         started.emplace(start(arguments, ranks, session));
@@ -144,10 +253,12 @@ int run_batch(const BatchArguments& arguments, Session& session) {
       })) {
     return code;
   }
+  const auto& [manifest, options, devices, lock] = *started;
   std::size_t settled = 0;
   std::vector<batch::EntryStatus> unsaved;
+  std::optional<Watchers> watchers;
   const int code = together(ranks, [&]() -> int {
-    const auto& [manifest, options, devices, lock] = *started;
+    watchers.emplace(arguments, manifest, ranks.rank());
     BatchDisplay display(session.console, manifest.entries.size());
     unsaved = batch::run_batch(
         manifest, devices, options,
@@ -155,13 +266,19 @@ int run_batch(const BatchArguments& arguments, Session& session) {
           using EventKind = batch::BatchEvent::Kind;
           if (event.kind == EventKind::done || event.kind == EventKind::failed) ++settled;
           display.show(event);
+          watchers->note(event);
         },
         session.stop(), &ranks);
     return unsaved.empty() ? kDone : kFailed;
   });
   const int finished = together(ranks, [&]() -> int {
-    return ranks.rank() == 0 ? finish(arguments, settled, unsaved, session) : kDone;
+    batch::EventLog* const log = watchers && watchers->log ? &*watchers->log : nullptr;
+    const int found =
+        ranks.rank() == 0 ? finish(options.folder, settled, unsaved, log, session) : kDone;
+    if (watchers) watchers->end(session);
+    return found;
   });
+  ranks.leave(std::max(code, finished));
   return std::max(code, finished);
 }
 
@@ -180,6 +297,30 @@ void describe_batch(Command command, BatchArguments& a) {
           "always does one at a time")
       .default_text("1")
       .offers({"auto"});
+  command.word(
+      "--shard", "I/N", [&a](const std::string& text) { a.shard = batch::shard_of(text); },
+      "Only the fits I, I + N, I + 2N … of the manifest, in FOLDER/shard-I-of-N; 'batch merge' "
+      "puts "
+      "the shards together. Default: the whole batch, and in an array of Slurm the shard that its "
+      "variables say");
+  command
+      .file("--events", a.events, "FILE.jsonl",
+            "Also write what happens, when it happens, a JSON object a line: starts, ends, errors, "
+            "and each second the energy of every fit that runs. With --resume, lines are added")
+      .offers_files({".jsonl"});
+  command
+      .file("--prometheus", a.metrics, "FILE.prom",
+            "Also keep states, seconds, memory and energies of entries in a file of metrics, for "
+            "the textfile collector of Prometheus's node exporter")
+      .offers_files({".prom"});
+  command
+      .word(
+          "--rank-timeout", "SECONDS",
+          [&a](const std::string& text) { a.rank_timeout = timeout_in(text); },
+          "Under mpirun: a rank that has not answered for so long, 1 to 86400, is given up, and "
+          "others "
+          "do its entries. If it is rank 0, the batch ends after twice that time")
+      .default_text("60");
   add_device_to_use(command, a.device);
 }
 
@@ -205,6 +346,7 @@ Examples:
   qjulia batch run shapes.toml -o results
   qjulia batch run shapes.toml -o results --resume     after whatever has happened
   mpirun -np 4 qjulia batch run shapes.toml -o results   on the machines given to mpirun
+  qjulia batch run shapes.toml -o results --shard 2/3    a third of it; see 'batch merge'
 '--device all' uses every device there is. Exit code 1 while any entry is not done.)",
                /*can_trace=*/false},
               describe_batch, run_batch);

@@ -58,10 +58,11 @@ FitWorker::FitWorker(CachedTuning kept)
 
 batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
                                          const std::filesystem::path& folder,
-                                         const ProgressMonitor& monitor) const {
-  const FitOptions options = fit_options(entry.options);
+                                         const batch::EntryMonitor& monitor) const {
+  FitOptions options = fit_options(entry.options);
   FitOrigin origin = origin_of(options, fit_job(entry.mesh, options));
   origin.options = without_schedule_folder(std::move(origin.options));
+  options.observer.on_evaluation = monitor.on_energy;
   const auto [mesh, mesh_report] = read_and_inspect_mesh(entry.mesh, monitor.stop);
   device_.reset_kernel_times();
   FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), monitor);

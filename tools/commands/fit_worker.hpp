@@ -20,7 +20,7 @@ class FitWorker {
   explicit FitWorker(CachedTuning kept);
 
   batch::EntryResult operator()(const batch::BatchEntry& entry, const std::filesystem::path& folder,
-                                const ProgressMonitor& monitor) const;
+                                const batch::EntryMonitor& monitor) const;
 
  private:
   FitResult fit_resumable(const TriangleMesh& mesh, FitOptions options,

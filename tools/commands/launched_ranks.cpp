@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "base/kernel_cache.hpp"
 #include "console/device_obstacles.hpp"
@@ -17,8 +19,8 @@
 
 #ifdef QJULIA_MPI
 #include <mpi.h>
+#include <unistd.h>
 
-#include <chrono>
 #include <numeric>
 #include <thread>
 #endif
@@ -65,6 +67,63 @@ void wait_for(MPI_Request& request) {
   }
 }
 
+/// Messages of a batch's rounds: to rank 0, and from it.
+constexpr int kToFirst = 1, kFromFirst = 2;
+
+/// A message that has arrived.
+std::optional<std::string> received(int from, int tag) {
+  int is_there = 0;
+  MPI_Message message{};
+  MPI_Status status{};
+  MPI_Improbe(from, tag, MPI_COMM_WORLD, &is_there, &message, &status);
+  if (is_there == 0) return std::nullopt;
+  int count = 0;
+  MPI_Get_count(&status, MPI_BYTE, &count);
+  std::string bytes(static_cast<std::size_t>(count), '\0');
+  MPI_Mrecv(bytes.data(), count, MPI_BYTE, &message, MPI_STATUS_IGNORE);
+  return bytes;
+}
+
+/// The time for which this process has waited, but for that in which it was stopped.
+class Wait {
+ public:
+  void nap() {
+    constexpr std::chrono::milliseconds kNap{5}, kStopped{1000};
+    std::this_thread::sleep_for(kNap);
+    const auto now = Clock::now();
+    waited_ += std::min<Clock::duration>(now - last_, kStopped);
+    last_ = now;
+  }
+  bool is_longer_than(std::chrono::seconds time) const { return waited_ > time; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
+  Clock::duration waited_{};
+};
+
+std::string packed_table(const std::vector<std::optional<std::string>>& messages) {
+  nlohmann::json table = nlohmann::json::array();
+  for (const auto& bytes : messages) {
+    table.push_back(bytes ? nlohmann::json::binary({bytes->begin(), bytes->end()})
+                          : nlohmann::json());
+  }
+  const auto packed = nlohmann::json::to_cbor(table);
+  return {packed.begin(), packed.end()};
+}
+
+std::vector<std::optional<std::string>> unpacked_table(const std::string& bytes) {
+  std::vector<std::optional<std::string>> messages;
+  for (const nlohmann::json& one : nlohmann::json::from_cbor(bytes)) {
+    if (one.is_null()) {
+      messages.emplace_back();
+    } else {
+      messages.emplace_back(std::string(one.get_binary().begin(), one.get_binary().end()));
+    }
+  }
+  return messages;
+}
+
 #endif
 
 }  // namespace
@@ -79,7 +138,8 @@ int together(Ranks& ranks, const std::function<int()>& work) {
     failure = std::current_exception();
   }
   const auto all = ranks.all_gather({static_cast<double>(code), failure ? 1.0 : 0.0});
-  const auto first = std::ranges::find_if(all, [](const auto& rank) { return rank[1] != 0; });
+  const auto first =
+      std::ranges::find_if(all, [](const auto& rank) { return !rank.empty() && rank[1] != 0; });
   if (failure && first - all.begin() == ranks.rank()) {
     try {
       std::rethrow_exception(failure);
@@ -87,9 +147,18 @@ int together(Ranks& ranks, const std::function<int()>& work) {
       say(error);
     }
   }
-  for (const Ranks::Numbers& rank : all) code = std::max(code, static_cast<int>(rank[0]));
+  for (const Ranks::Numbers& rank : all) {
+    if (!rank.empty()) code = std::max(code, static_cast<int>(rank[0]));
+  }
   return code;
 }
+
+struct LaunchedRanks::Sending {
+  std::string bytes;
+#ifdef QJULIA_MPI
+  MPI_Request request{};
+#endif
+};
 
 LaunchedRanks::LaunchedRanks() {
   if (!is_launched()) return;
@@ -126,6 +195,20 @@ std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
   if (!has_joined_) return {mine};
   std::vector<Numbers> by_rank;
 #ifdef QJULIA_MPI
+  if (is_cut_off_) {
+    by_rank.resize(static_cast<std::size_t>(size_));
+    by_rank[static_cast<std::size_t>(rank_)] = mine;
+    return by_rank;
+  }
+  if (!lost_.empty()) {
+    const std::string bytes(reinterpret_cast<const char*>(mine.data()),
+                            mine.size() * sizeof(double));
+    for (const auto& said : exchange(bytes)) {
+      Numbers& numbers = by_rank.emplace_back(said ? said->size() / sizeof(double) : 0);
+      if (said) std::memcpy(numbers.data(), said->data(), numbers.size() * sizeof(double));
+    }
+    return by_rank;
+  }
   constexpr std::size_t kMost = std::numeric_limits<int>::max();  // MPI counts in int
   const auto check = [](std::size_t numbers) {
     if (numbers <= kMost) return;
@@ -153,6 +236,98 @@ std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
 #endif
   return by_rank;
 }
+
+#ifdef QJULIA_MPI
+
+;
+
+/// Does not wait for the receiver, who may never take it.
+void LaunchedRanks::send(int to, int tag, std::string bytes) {
+  std::erase_if(sent_, [](Sending& sending) {
+    int is_done = 0;
+    MPI_Test(&sending.request, &is_done, MPI_STATUS_IGNORE);
+    return is_done != 0;
+  });
+  Sending& sending = sent_.emplace_back();
+  sending.bytes = std::move(bytes);
+  MPI_Isend(sending.bytes.data(), static_cast<int>(sending.bytes.size()), MPI_BYTE, to, tag,
+            MPI_COMM_WORLD, &sending.request);
+}
+
+std::vector<std::optional<std::string>> LaunchedRanks::exchange_as_first(const std::string& mine) {
+  std::vector<std::optional<std::string>> said(static_cast<std::size_t>(size_));
+  said.front() = mine;
+  std::set<int> late;  // lost ranks that speak again
+  Wait wait;
+  for (;;) {
+    bool is_any_missing = false;
+    for (int rank = 1; rank < size_; ++rank) {
+      auto& message = said[static_cast<std::size_t>(rank)];
+      if (lost_.contains(rank)) {
+        if (received(rank, kToFirst)) late.insert(rank);
+      } else if (!message) {
+        message = received(rank, kToFirst);
+        is_any_missing = is_any_missing || !message;
+      }
+    }
+    if (!is_any_missing) break;
+    if (wait.is_longer_than(patience_)) {
+      for (int rank = 1; rank < size_; ++rank) {
+        if (!said[static_cast<std::size_t>(rank)]) lost_.insert(rank);
+      }
+      break;
+    }
+    wait.nap();
+  }
+  const std::string table = packed_table(said);
+  for (int rank = 1; rank < size_; ++rank) {
+    if (!lost_.contains(rank) || late.contains(rank)) send(rank, kFromFirst, table);
+  }
+  return said;
+}
+
+std::vector<std::optional<std::string>> LaunchedRanks::exchange(const std::string& mine) {
+  if (!has_joined_) return {mine};
+  if (rank_ == 0) return exchange_as_first(mine);
+  send(0, kToFirst, mine);
+  std::optional<std::string> table;
+  Wait wait;
+  while (!(table = received(0, kFromFirst))) {
+    if (wait.is_longer_than(2 * patience_)) {
+      is_cut_off_ = true;
+      lost_.insert(0);
+      throw Error(fmt::format("rank 0 has not answered for {} s; run again with --resume",
+                              2 * patience_.count()));
+    }
+    wait.nap();
+  }
+  auto said = unpacked_table(*table);
+  for (std::size_t rank = 0; rank < said.size(); ++rank) {
+    if (!said[rank]) lost_.insert(static_cast<int>(rank));
+  }
+  if (lost_.contains(rank_)) {
+    is_cut_off_ = true;
+    throw Error(fmt::format("rank {} had not answered for {} s, and others do its entries", rank_,
+                            patience_.count()));
+  }
+  return said;
+}
+
+void LaunchedRanks::leave(int code) {
+  if (lost_.empty()) return;
+  std::fflush(nullptr);
+  if (rank_ == 0 || lost_.contains(0)) MPI_Abort(MPI_COMM_WORLD, code);
+  for (;;) ::pause();
+}
+
+#else
+
+std::vector<std::optional<std::string>> LaunchedRanks::exchange(const std::string& mine) {
+  return {mine};
+}
+void LaunchedRanks::leave(int /*code*/) {}
+
+#endif
 
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoice& wanted) {
   expect_room_for_drivers();

@@ -1,10 +1,15 @@
 #pragma once
 /// The ranks that mpirun has started, or this process alone.
 
+#include <chrono>
 #include <functional>
+#include <list>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "batch/round.hpp"
 #include "qjulia/device/device.hpp"
 #include "qjulia/fit/ranks.hpp"
 
@@ -13,7 +18,7 @@ namespace qjulia::tools {
 /// Starts message passing where this process was launched by mpirun or another launcher that it
 /// knows, and gives this rank a kernel cache of its own, since PoCL's is not safe to fill by
 /// several processes. Made before the first device is opened.
-class LaunchedRanks final : public Ranks {
+class LaunchedRanks final : public Ranks, public batch::BatchRanks {
  public:
   /// @throws Error when it was launched, and this program was built without MPI.
   LaunchedRanks();
@@ -25,11 +30,30 @@ class LaunchedRanks final : public Ranks {
   int size() const override { return size_; }
   int local_rank() const { return local_rank_; }  ///< among those of this machine
   int local_size() const { return local_size_; }
+  /// After a rank was lost: without its numbers, and on a rank that was given up, or whose rank 0
+  /// is lost, with its own alone.
   std::vector<Numbers> all_gather(const Numbers& mine) override;
 
+  /// How long `exchange` waits for a rank before it is given up. Others wait for rank 0 twice as
+  /// long. Time in which this process was stopped itself does not count.
+  void set_patience(std::chrono::seconds patience) { patience_ = patience; }
+  std::vector<std::optional<std::string>> exchange(const std::string& mine) override;
+
+  /// To be called last. Where a rank is lost, rank 0 has the launcher end all ranks with this exit
+  /// code, since message passing cannot end without the lost one; others wait for that.
+  void leave(int code);
+
  private:
+  struct Sending;
+  void send(int to, int tag, std::string bytes);
+  std::vector<std::optional<std::string>> exchange_as_first(const std::string& mine);
+
   bool has_joined_ = false;
   int rank_ = 0, size_ = 1, local_rank_ = 0, local_size_ = 1;
+  std::chrono::seconds patience_{60};
+  std::set<int> lost_;       ///< ranks
+  bool is_cut_off_ = false;  ///< this rank was given up, or rank 0 is lost
+  std::list<Sending> sent_;  ///< what may not have arrived yet
 };
 
 /// Runs `work` on every rank and lets all meet: a launcher ends the others when one leaves with a

@@ -61,6 +61,10 @@ std::span<const Entry> environment() {
             "batch run' "
             "take part in a run over several processes.",
             Concern::computing},
+      Entry{"SLURM_ARRAY_TASK_ID, _MIN, _MAX, _COUNT; PBS_ARRAY_INDEX, PBS_ARRAYID",
+            "Set in arrays of jobs. 'qjulia batch run' does the array's shard of a batch then; PBS "
+            "does not say how many jobs there are, so that --shard is needed.",
+            Concern::computing},
   };
   return kEntries;
 }
