@@ -6,6 +6,7 @@
 #include <qjulia/map/map_file.hpp>
 #include <qjulia/map/opencl.hpp>
 #include <qjulia/picture/picture.hpp>
+#include <qjulia/profile/own_launch.hpp>
 
 const char* const kSource = R"(
 #include "map.clh"
@@ -58,6 +59,18 @@ int main(int argc, char** argv) try {
   const cl_command_queue queue = qjulia::opencl_queue(device);
   expect(clEnqueueNDRangeKernel(queue, kernel, 1, nullptr, &items, nullptr, 0, nullptr, nullptr));
   expect(clEnqueueReadBuffer(queue, out, CL_TRUE, 0, bytes, nearest.data(), 0, nullptr, nullptr));
+  // How fast it is: a launch, and the multiply-adds, multiplications and divisions that it has.
+  constexpr double kSlots = 62;  // of F and the image, for each factor and iterate
+  qjulia::OwnLaunch launch;
+  launch.kernel = "traps";
+  launch.slots = kSlots * buffer.factors * iterations * double(nearest.size());
+  launch.at_most = true;  // orbits end where they escape
+  launch.run = [&] {
+    expect(clEnqueueNDRangeKernel(queue, kernel, 1, nullptr, &items, nullptr, 0, nullptr, nullptr));
+    expect(clFinish(queue));
+  };
+  const auto figures = qjulia::profile_launch(device, launch);
+  std::cout << 1e3 * figures.median_seconds << " ms; " << figures.limited_by << '\n';
   expect(clReleaseMemObject(out));
   expect(clReleaseKernel(kernel));
 

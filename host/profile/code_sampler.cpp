@@ -144,4 +144,15 @@ KernelMixes CodeSampler::mixes() const { return {}; }
 
 CodeSampler::~CodeSampler() = default;
 
+KernelMixes sampled_code(const std::shared_ptr<const WorkerClock>& clock,
+                         const std::function<void()>& run) {
+  constexpr double kCpuSeconds = 0.3;
+  constexpr int kMostRuns = 20;
+  const CodeSampler sampler(clock);
+  if (!sampler.is_sampling()) return {};
+  const double before = clock->seconds();
+  for (int i = 0; i < kMostRuns && clock->seconds() - before < kCpuSeconds; ++i) run();
+  return sampler.mixes();
+}
+
 }  // namespace qjulia::profiling

@@ -1,6 +1,7 @@
 #pragma once
 /// Where in compiled kernels the threads of a CPU's driver are, sampled by their CPU time.
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -36,5 +37,9 @@ class CodeSampler {
   struct Impl;
   std::unique_ptr<Impl> impl_;  ///< null: it does not sample
 };
+
+/// What the kernels of a run are made of: it is repeated until they were seen often enough.
+KernelMixes sampled_code(const std::shared_ptr<const WorkerClock>& clock,
+                         const std::function<void()>& run);
 
 }  // namespace qjulia::profiling

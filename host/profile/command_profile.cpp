@@ -110,18 +110,18 @@ std::vector<KernelShare> kernel_shares(const Trace& trace,
     if (roof.share) {
       shares = with_limit_before(*roof.share, roof, spent.cpu_seconds > 0, measure);
     }
-    const JudgedShare found = judged(roof.limit, kernel.work.at_most, shares, is_busy);
+    const auto mix = measure.instructions.find(name);
+    if (mix != measure.instructions.end()) kernel.instructions = mix->second;
+    const InstructionMix* const code = kernel.instructions ? &*kernel.instructions : nullptr;
+    const auto ceiling = ceiling_of(code, measure.roofs, kernel.work.is_double);
+    const JudgedShare found = judged(roof.limit, kernel.work.at_most, shares, is_busy, ceiling);
     kernel.limit = roof.limit;
     kernel.share_of_limit = found.share;
     kernel.share_low = found.low;
     kernel.share_high = found.high;
     kernel.share_verdict = found.verdict;
-    if (const auto mix = measure.instructions.find(name); mix != measure.instructions.end()) {
-      kernel.instructions = mix->second;
-    }
     kernel.limited_by =
-        limited_by(kernel.work, spent, measure.roofs, roof.limit, found.verdict, found.share,
-                   kernel.instructions ? &*kernel.instructions : nullptr);
+        limited_by(kernel.work, spent, measure.roofs, roof.limit, found.verdict, found.share, code);
     kernels.push_back(std::move(kernel));
   }
   std::ranges::stable_sort(kernels, std::greater<>(), &KernelShare::seconds);

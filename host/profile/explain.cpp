@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 namespace qjulia::profiling {
 namespace {
-
-/// One that reaches this share of its ceiling is bound by it.
-constexpr double kAtCeiling = 0.8;
 
 std::string counted(int number, const char* one) {
   return fmt::format("{} {}{}", number, one, number == 1 ? "" : "s");
@@ -90,10 +88,35 @@ double load_ceiling(const InstructionMix& mix, const Roofs& roofs, bool is_doubl
   return std::min(1.0, mix.slots() * loads_a_multiply_add / (mix.loads + mix.stores));
 }
 
+std::optional<double> ceiling_of(const InstructionMix* mix, const Roofs& roofs, bool is_double) {
+  if (mix == nullptr || mix->operations() == 0) return std::nullopt;
+  return std::min(mix->ceiling(), load_ceiling(*mix, roofs, is_double));
+}
+
+JudgedShare judged_runs(const KernelWork& work, const std::vector<MeasuredRun>& runs, bool is_busy,
+                        const InstructionMix* mix) {
+  std::map<std::string, std::vector<double>> shares;  // by the limit
+  for (const MeasuredRun& run : runs) {
+    const Roof roof = roof_of(work, run.spent, run.roofs);
+    if (roof.share) shares[roof.limit].push_back(*roof.share);
+  }
+  if (shares.empty()) return {};
+  const auto& [limit, values] =
+      *std::ranges::max_element(shares, {}, [](const auto& entry) { return entry.second.size(); });
+  return judged(limit, work.at_most, interval_of_median(values), is_busy,
+                ceiling_of(mix, runs.back().roofs, work.is_double));
+}
+
 std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& roofs,
                        const std::string& limit, const std::string& verdict,
                        const std::optional<double>& share, const InstructionMix* mix) {
-  if (verdict == "not now") return "cannot be judged now: other programs take the processors";
+  const auto known_ceiling = ceiling_of(mix, roofs, work.is_double);
+  if (verdict == "not now") {
+    const std::string why = "cannot be judged now: other programs take the processors";
+    if (limit != "fma" || !known_ceiling) return why;
+    return fmt::format("{}; {}, so the ceiling is {:.0f} %; {}", why, operations_text(*mix),
+                       100 * *known_ceiling, rest_of_loop(*mix));
+  }
   if (limit == "memory") {
     const double rate = spent.seconds > 0 ? work.bytes / spent.seconds : 0;
     if (verdict == "cached") {
@@ -106,9 +129,9 @@ std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& 
     return fmt::format("its own instructions: {:.0f} % of the copy's bandwidth; {}; {}",
                        100 * *share, operations_text(*mix), rest_of_loop(*mix));
   }
-  if (limit != "fma" || mix == nullptr || mix->operations() == 0) return {};
+  if (limit != "fma" || !known_ceiling) return {};
   const double by_loads = load_ceiling(*mix, roofs, work.is_double);
-  const double ceiling = std::min(mix->ceiling(), by_loads);
+  const double ceiling = *known_ceiling;
   const std::string reached =
       share ? fmt::format("{}{:.0f} % is reached", work.at_most ? "at most " : "", 100 * *share)
             : std::string("no share can be given");

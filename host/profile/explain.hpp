@@ -14,6 +14,21 @@ namespace qjulia::profiling {
 /// cache serves them all; 1 where that cache was not measured.
 double load_ceiling(const InstructionMix& mix, const Roofs& roofs, bool is_double);
 
+/// The share of the multiply-adds that its operations and its loads and stores allow; none without
+/// a mix.
+std::optional<double> ceiling_of(const InstructionMix* mix, const Roofs& roofs, bool is_double);
+
+/// A run of a kernel or a job, and the device's limits beside it.
+struct MeasuredRun {
+  Spent spent;
+  Roofs roofs;
+};
+
+/// The share that the runs reached of the limit that most of them had.
+/// @param is_busy as in `judged`. @param mix null where it is not known.
+JudgedShare judged_runs(const KernelWork& work, const std::vector<MeasuredRun>& runs, bool is_busy,
+                        const InstructionMix* mix);
+
 /// @param limit,verdict,share as KernelFigures has them. @param mix null where it is not known.
 /// @return empty where nothing is known.
 std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& roofs,

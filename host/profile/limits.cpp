@@ -189,4 +189,18 @@ Roofs measure_roofs(const Device& device, const WorkerClockPointer& clock) {
           measure_caches(device, kRuns, clock)};
 }
 
+Roofs roofs_at(const Roofs& roofs, const Pace& pace, Precision precision) {
+  Roofs now = roofs;
+  const bool is_double = precision == Precision::dbl;
+  const double slower =
+      pace.per_second / (is_double ? roofs.double_fma_per_second : roofs.fma_per_second);
+  now.fma_per_second *= slower;
+  now.double_fma_per_second *= slower;
+  const double before = is_double ? roofs.double_fma_per_cpu_second : roofs.fma_per_cpu_second;
+  const double cpu_slower = before > 0 ? pace.per_cpu_second / before : 0;
+  now.fma_per_cpu_second *= cpu_slower;
+  now.double_fma_per_cpu_second *= cpu_slower;
+  return now;
+}
+
 }  // namespace qjulia::profiling

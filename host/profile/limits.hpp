@@ -50,4 +50,7 @@ DeviceLimits measure_limits(const Device& device, Precision precision, int repea
                             const WorkerClockPointer& clock);
 Roofs measure_roofs(const Device& device, const WorkerClockPointer& clock);
 
+/// The limits, with the multiply-adds of a precision as they were measured at another time.
+Roofs roofs_at(const Roofs& roofs, const Pace& pace, Precision precision);
+
 }  // namespace qjulia::profiling

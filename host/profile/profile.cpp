@@ -100,18 +100,11 @@ class Bench {
   /// More runs, until what the kernels are made of has been seen often enough.
   void sample_code(const Job& job) {
     if (!can_sample_code_) return;
-    constexpr double kCpuSeconds = 0.3;
-    constexpr int kMostRuns = 20;
-    const CodeSampler sampler(clock_);
-    can_sample_code_ = sampler.is_sampling();
-    if (!can_sample_code_) return;
-    const double before = clock_->seconds();
-    for (int i = 0; i < kMostRuns && clock_->seconds() - before < kCpuSeconds; ++i) {
+    KernelMixes found = sampled_code(clock_, [&] {
       throw_if_stopped(deadline_.token());
       job.run(deadline_.token());
       device_.context().finish();
-    }
-    KernelMixes found = sampler.mixes();
+    });
     // A driver that keeps no files, or a missing objdump, is the same at the next job.
     can_sample_code_ = found.sees_kernels && found.problem.empty();
     if (!found.problem.empty()) report_.not_counted.push_back(std::move(found.problem));
@@ -155,36 +148,22 @@ class Bench {
     return f;
   }
 
-  /// The device's limits beside a run, with the multiply-adds as measured at that time.
-  Roofs roofs_at(const Pace& pace) const {
-    Roofs roofs = roofs_;
-    const bool is_double = options_.precision == Precision::dbl;
-    const double slower =
-        pace.per_second / (is_double ? roofs.double_fma_per_second : roofs.fma_per_second);
-    roofs.fma_per_second *= slower;
-    roofs.double_fma_per_second *= slower;
-    const double before = is_double ? roofs.double_fma_per_cpu_second : roofs.fma_per_cpu_second;
-    const double cpu_slower = before > 0 ? pace.per_cpu_second / before : 0;
-    roofs.fma_per_cpu_second *= cpu_slower;
-    roofs.double_fma_per_cpu_second *= cpu_slower;
-    return roofs;
+  std::vector<MeasuredRun> measured_runs(const std::vector<Spent>& spent, const Runs& runs) const {
+    std::vector<MeasuredRun> all;
+    for (std::size_t i = 0; i < spent.size(); ++i) {
+      all.push_back({spent[i], roofs_at(roofs_, runs.limits[i], options_.precision)});
+    }
+    return all;
   }
 
-  /// Adds the limit, and the share of it that the work reached in every run.
-  void add_share(const KernelWork& work, const std::vector<Spent>& spent, const Runs& runs,
+  /// Adds the limit, and the share of it that the work reached.
+  void add_share(const KernelWork& work, const std::vector<MeasuredRun>& runs,
                  KernelFigures& f) const {
-    std::map<std::string, std::vector<double>> shares;  // by the limit
-    for (std::size_t i = 0; i < spent.size(); ++i) {
-      const Roof roof = roof_of(work, spent[i], roofs_at(runs.limits[i]));
-      if (roof.share) shares[roof.limit].push_back(*roof.share);
-    }
-    if (shares.empty()) return;
-    const auto& [limit, values] = *std::ranges::max_element(
-        shares, {}, [](const auto& entry) { return entry.second.size(); });
+    const auto mix = code_.find(f.kernel);
     const auto waited = waited_.so_far();
-    const JudgedShare found =
-        judged(limit, work.at_most, interval_of_median(values), waited && *waited > kUsualWait);
-    f.limit = limit;
+    const JudgedShare found = judged_runs(work, runs, waited && *waited > kUsualWait,
+                                          mix == code_.end() ? nullptr : &mix->second);
+    f.limit = found.limit;
     f.share_of_limit = found.share;
     f.share_low = found.low;
     f.share_high = found.high;
@@ -192,12 +171,10 @@ class Bench {
   }
 
   /// Says what limits one kernel.
-  void explain(const KernelWork& work, const std::vector<Spent>& spent, const Runs& runs,
-               KernelFigures& f) const {
+  void explain(const KernelWork& work, const MeasuredRun& last, KernelFigures& f) const {
     if (const auto mix = code_.find(f.kernel); mix != code_.end()) f.instructions = mix->second;
-    f.limited_by =
-        limited_by(work, spent.back(), roofs_at(runs.limits.back()), f.limit, f.share_verdict,
-                   f.share_of_limit, f.instructions ? &*f.instructions : nullptr);
+    f.limited_by = limited_by(work, last.spent, last.roofs, f.limit, f.share_verdict,
+                              f.share_of_limit, f.instructions ? &*f.instructions : nullptr);
   }
 
   void add_job(const Job& job, const Runs& runs) {
@@ -217,7 +194,7 @@ class Bench {
       work.slots = *f.slots;
       work.bytes = *f.memory_bytes;
       work.is_double = f.precision == Precision::dbl;
-      add_share(work, spent, runs, f);
+      add_share(work, measured_runs(spent, runs), f);
     }
     if (device_.info().kind == DeviceKind::gpu) f.predicted_seconds = predicted_seconds(f, limits);
     if (events_ != nullptr) {
@@ -243,14 +220,15 @@ class Bench {
       KernelFigures f = figures(name, job, spent, runs);
       f.is_one_kernel = true;
       f.launches = last.launches;
+      const std::vector<MeasuredRun> measured = measured_runs(spent, runs);
       if (const auto found = work.find(name); found != work.end()) {
         f.precision = found->second.is_double ? Precision::dbl : Precision::single;
         f.work_is_at_most = found->second.at_most;
         if (found->second.slots > 0) f.slots = found->second.slots;
         if (found->second.bytes > 0) f.memory_bytes = found->second.bytes;
-        add_share(found->second, spent, runs, f);
+        add_share(found->second, measured, f);
       }
-      explain(work.find(name) != work.end() ? work.at(name) : KernelWork{}, spent, runs, f);
+      explain(work.find(name) != work.end() ? work.at(name) : KernelWork{}, measured.back(), f);
       if (const auto found = counted.find(name); found != counted.end()) {
         f.events = found->second.events;
         f.resources = found->second.resources;

@@ -26,17 +26,21 @@ Roof roof_of(const KernelWork& work, const Spent& spent, const Roofs& roofs) {
 }
 
 JudgedShare judged(const std::string& limit, bool is_at_most, const std::optional<Interval>& shares,
-                   bool is_busy) {
+                   bool is_busy, const std::optional<double>& ceiling) {
   if (limit.empty() || !shares) return {};
   // A share is not judged if the ends of its interval differ by more than this factor.
   constexpr double kWidest = 1.25;
   const bool is_memory = limit == "memory";
   const bool is_wide = !(shares->high <= kWidest * shares->low);
-  if (is_wide || (is_memory && is_busy)) return {{}, {}, {}, "not now"};
+  // Shares of an idle machine scatter by less; known ceilings say more.
+  constexpr double kWidestBeside = 1.05;
+  const bool is_changed = ceiling ? shares->middle < kAtCeiling * *ceiling
+                                  : !(shares->high <= kWidestBeside * shares->low);
+  if (is_wide || (is_busy && (is_memory || is_changed))) return {{}, {}, {}, "not now", limit};
   if (shares->low > 1) {
-    return {{}, {}, {}, is_memory ? "cached" : is_at_most ? "ends early" : "not now"};
+    return {{}, {}, {}, is_memory ? "cached" : is_at_most ? "ends early" : "not now", limit};
   }
-  return {std::min(shares->middle, 1.0), shares->low, std::min(shares->high, 1.0), "judged"};
+  return {std::min(shares->middle, 1.0), shares->low, std::min(shares->high, 1.0), "judged", limit};
 }
 
 std::vector<std::string> signs_of_load(double fma_before, double fma_after,

@@ -30,12 +30,20 @@ Roof roof_of(const KernelWork& work, const Spent& spent, const Roofs& roofs);
 struct JudgedShare {
   std::optional<double> share, low, high;
   std::string verdict;  ///< as in KernelFigures::share_verdict
+  std::string limit;    ///< as it was given
 };
 
+/// One that reaches this share of its ceiling is bound by it.
+constexpr double kAtCeiling = 0.8;
+
+/// A share of multiply-adds that other programs may have changed is not judged: CPU seconds leave
+/// out the time that they took, but not the data that they drove out of the caches, for which a
+/// kernel below its ceiling may wait.
 /// @param shares none where no work is known.
 /// @param is_busy whether other programs took the processors while it was measured.
+/// @param ceiling that its instructions allow; none where they are not known.
 JudgedShare judged(const std::string& limit, bool is_at_most, const std::optional<Interval>& shares,
-                   bool is_busy);
+                   bool is_busy, const std::optional<double>& ceiling);
 
 /// Threads that wait for longer than this share of their time do so because of other programs.
 constexpr double kUsualWait = 0.05;

@@ -53,6 +53,7 @@
 #include "qjulia/picture/picture_settings.hpp"
 #include "qjulia/picture/surface_colors.hpp"
 #include "qjulia/profile/cache_roof.hpp"
+#include "qjulia/profile/own_launch.hpp"
 #include "qjulia/profile/profile_settings.hpp"
 #include "qjulia/profile/scaling.hpp"
 #include "qjulia/profile/tune.hpp"

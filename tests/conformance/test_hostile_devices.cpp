@@ -8,6 +8,7 @@
 #include "hostile.hpp"
 #include "profile/command_profile.hpp"
 #include "qjulia/map/opencl.hpp"
+#include "qjulia/profile/own_launch.hpp"
 
 using namespace qjulia;
 using namespace qjulia::test;
@@ -113,6 +114,16 @@ TEST_CASE("hostile sizes of measurements are refused by name") {
   const Device& device = hostile_device();
   refuses("profile", "sample_points", [&] { profile(device, {.sample_points = 0}); });
   refuses("tune", "factors", [&] { tune(device, {.factors = ~std::size_t{0}}); });
+  const auto own = [&](auto change) {
+    OwnLaunch launch{.kernel = "none", .run = [] {}};
+    change(launch);
+    return profile_launch(device, launch);
+  };
+  refuses("profile_launch", "run", [&] { own([](OwnLaunch& l) { l.run = {}; }); });
+  refuses("profile_launch", "slots", [&] { own([](OwnLaunch& l) { l.slots = -1; }); });
+  refuses("profile_launch", "bytes", [&] { own([](OwnLaunch& l) { l.bytes = kNan; }); });
+  refuses("profile_launch", "repeats", [&] { own([](OwnLaunch& l) { l.repeats = 0; }); });
+  accepts("profile_launch", [&] { return own([](OwnLaunch&) {}).share_verdict.empty(); });
   refuses("measure_scaling", "sample_points", [&] { measure_scaling(device, {.samples = {0}}); });
   refuses("measure_scaling", "factors", [&] { measure_scaling(device, {.factors = {}}); });
   refuses("fit_law", "a law of scaling needs", [] { fit_law({}); });

@@ -16,6 +16,7 @@
 #include "profile/worker_clock.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/base/error.hpp"
+#include "qjulia/profile/own_launch.hpp"
 #include "qjulia/profile/profile.hpp"
 #include "qjulia/profile/scaling.hpp"
 #include "report/roofline.hpp"
@@ -439,4 +440,28 @@ TEST_CASE("profile options name what is wrong") {
   options = small();
   options.lane_width = 3;
   CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring("lane_width: 3"));
+}
+
+TEST_CASE("a launch of one's own has the figures of the same kernel in a profile") {
+  const Device& device = test::shared_device();
+  ProfileOptions options;
+  options.sample_points = 20'000;
+  options.factors = 200;
+  options.kernels = {"energy_terms"};
+  options.iterations = 2;
+  const profiling::Workload work = profiling::make_workload(options);
+  const auto evaluator = profiling::make_evaluator(device, work, 1, Precision::single);
+  const OwnLaunch launch{.kernel = "energy_terms",
+                         .run = [&] { evaluator->evaluate(work.map, false); },
+                         .slots = 20'000.0 * 200 * 13,
+                         .repeats = 7};
+  const KernelFigures own = profile_launch(device, launch);
+  CHECK(own.limit == "fma");
+  CHECK(own.run_seconds.size() == 7);
+  CHECK(own.slots == launch.slots);
+  CHECK(own.min_seconds <= own.median_seconds);
+  if (own.share_of_limit) CHECK((*own.share_of_limit > 0 && *own.share_of_limit <= 1));
+  if (own.instructions) CHECK_FALSE(own.limited_by.empty());
+  const OwnLaunch unknown{.kernel = "energy_terms", .run = launch.run};
+  CHECK(profile_launch(device, unknown).share_verdict.empty());
 }

@@ -119,7 +119,7 @@ TEST_CASE(
 
 TEST_CASE("no share is above 1") {
   const auto shown = [](const char* limit, bool at_most, const Interval& shares) {
-    return judged(limit, at_most, shares, false);
+    return judged(limit, at_most, shares, false, std::nullopt);
   };
   CHECK(shown("memory", false, {1.4, 1.5, 1.6}).verdict == "cached");
   CHECK(shown("fma", true, {1.4, 1.5, 1.6}).verdict == "ends early");
@@ -132,6 +132,17 @@ TEST_CASE("no share is above 1") {
   CHECK(full.low == 0.97);
   CHECK(full.high == 1);
   CHECK(shown("", false, {1, 1, 1}).verdict.empty());
+}
+
+TEST_CASE("beside other programs only kernels at their ceiling are judged") {
+  const auto verdict = [](const Interval& shares, bool is_busy, std::optional<double> ceiling) {
+    return judged("fma", false, shares, is_busy, ceiling).verdict;
+  };
+  CHECK(verdict({0.58, 0.59, 0.62}, true, 0.57) == "judged");
+  CHECK(verdict({0.50, 0.51, 0.52}, true, 1.0) == "not now");  // its data may have been driven out
+  CHECK(verdict({0.50, 0.51, 0.52}, false, 1.0) == "judged");
+  CHECK(verdict({0.50, 0.51, 0.52}, true, std::nullopt) == "judged");
+  CHECK(verdict({0.50, 0.53, 0.56}, true, std::nullopt) == "not now");
 }
 
 TEST_CASE("CPU seconds between two samples are divided among the kernels that ran then") {
