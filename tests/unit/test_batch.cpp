@@ -706,6 +706,11 @@ TEST_CASE("a folder has one owner, and others are told who it is") {
     CHECK_THROWS_WITH(batch::prepare_batch(manifest, options_for(folder, resume)),
                       ContainsSubstring(who));
   }
+  // Whoever removes the file that says so does not let another one in.
+  std::filesystem::remove(folder / ".lock");
+  CHECK(batch::is_locked(folder.path()));
+  CHECK_THROWS_WITH(batch::prepare_batch(manifest, options_for(folder)),
+                    ContainsSubstring("in use by another process"));
   lock.reset();
   CHECK_FALSE(batch::is_locked(folder.path()));
   CHECK_NOTHROW(batch::prepare_batch(manifest, options_for(folder)));

@@ -36,6 +36,12 @@ std::string holder(const std::filesystem::path& path) {
   }
 }
 
+/// The folder itself, which is locked, too: its file `.lock` may be removed while it is held. Some
+/// file systems lock no folders, and there the file alone must do.
+int open_folder(const std::filesystem::path& folder) {
+  return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
 /// Tries for half a second: `is_locked` also takes the lock for a moment.
 bool take_lock(int file, int how) {
   constexpr int kTries = 26;
@@ -64,35 +70,45 @@ std::string host_name() {
 
 FolderLock::FolderLock(const std::filesystem::path& folder, Kind kind) {
   const auto path = lock_path(folder);
-  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
-  if (file_ < 0) fail(path, errno);
-  if (!take_lock(file_, kind == Kind::own ? LOCK_EX : LOCK_SH)) {
-    const int error = errno;
-    ::close(file_);
-    if (error != EWOULDBLOCK) fail(path, error);
+  const int how = kind == Kind::own ? LOCK_EX : LOCK_SH;
+  const auto refuse = [&] {
     throw Error(fmt::format("'{}' is in use by {}; wait for it, or choose another folder",
                             folder.string(), holder(path)));
+  };
+  Descriptor place(open_folder(folder));
+  if (place.is_open() && !take_lock(place.get(), how) && errno == EWOULDBLOCK) refuse();
+  Descriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644));
+  if (!file.is_open()) fail(path, errno);
+  if (!take_lock(file.get(), how)) {
+    if (errno != EWOULDBLOCK) fail(path, errno);
+    refuse();
   }
+  folder_ = std::move(place);
+  file_ = std::move(file);
   const std::string text =
       json({{"host", host_name()}, {"process", ::getpid()}, {"since", time_stamp()}}).dump() + '\n';
   // For people: the lock holds without it, also on a full disk.
-  if (::ftruncate(file_, 0) == 0) {
-    [[maybe_unused]] const ssize_t written = ::pwrite(file_, text.data(), text.size(), 0);
+  if (::ftruncate(file_.get(), 0) == 0) {
+    [[maybe_unused]] const ssize_t written = ::pwrite(file_.get(), text.data(), text.size(), 0);
   }
 }
 
-FolderLock::FolderLock(FolderLock&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+FolderLock::Descriptor& FolderLock::Descriptor::operator=(Descriptor&& other) noexcept {
+  std::swap(number_, other.number_);
+  return *this;
+}
 
-FolderLock::~FolderLock() {
-  if (file_ >= 0) ::close(file_);
+FolderLock::Descriptor::~Descriptor() {
+  if (number_ >= 0) ::close(number_);
 }
 
 bool is_locked(const std::filesystem::path& folder) {
-  const int file = ::open(lock_path(folder).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-  if (file < 0) return false;
-  const bool locked = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  ::close(file);
-  return locked;
+  const auto is_held = [](int opened) {
+    const FolderLock::Descriptor file(opened);
+    return file.is_open() && ::flock(opened, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  };
+  return is_held(open_folder(folder)) ||
+         is_held(::open(lock_path(folder).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
 }
 
 }  // namespace qjulia::batch
