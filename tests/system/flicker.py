@@ -15,10 +15,10 @@ program, folder = sys.argv[1], Path(sys.argv[2])
 folder.mkdir(parents=True, exist_ok=True)
 
 
-def measured(frames, *more):
+def measured(frames, *more, first=1):
     for file in folder.glob("frame_*.png"):
         file.unlink()
-    for number, frame in enumerate(frames, 1):
+    for number, frame in enumerate(frames, first):
         Image.fromarray(frame).save(folder / f"frame_{number:04}.png")
     said = subprocess.run([sys.executable, program, folder, *more], capture_output=True, text=True)
     return said.returncode, [float(n) for n in re.findall(r"([\d.]+) %", said.stdout)]
@@ -58,3 +58,6 @@ assert measured(moving)[1][0] > 0
 assert measured(moving, "--reach", "2")[1][0] == 0
 assert measured(jumping, "--reach", "2")[1][0] > 0
 assert measured([grey(), grey()])[0] == 1
+# Picture 10000 comes after 9999.
+flash = [grey(), with_spot(140, 2), grey(), grey(), grey(), grey()]
+assert measured(flash, first=9998) == measured(flash)
