@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "map/portals.hpp"
 #include "measure/shortest_ways.hpp"
@@ -130,16 +131,18 @@ bool has_room(const Portal& portal, const std::vector<Portal>& others) {
 }
 
 /// Balls that hold the copies' own portals too: ρ s ≥ D + ρ, with D the farthest centre from where
-/// centres lead; unless they would have points in common.
-std::vector<Portal> with_room_for_copies(const std::vector<Portal>& portals) {
+/// centres lead. @param room how many times so wide they are. @return none if they would have
+/// points in common.
+std::optional<std::vector<Portal>> with_room_for_copies(const std::vector<Portal>& portals,
+                                                        double room) {
   std::vector<Portal> wide;
   for (Portal portal : portals) {
     double farthest = 0;
     for (const Portal& other : portals) {
       farthest = std::max(farthest, (other.center - portal.destination).norm());
     }
-    portal.radius = std::max(portal.radius, 1.01 * farthest / (portal.scale - 1));
-    if (!has_room(portal, wide)) return portals;
+    portal.radius = std::max(portal.radius, room * farthest / (portal.scale - 1));
+    if (!has_room(portal, wide)) return std::nullopt;
     wide.push_back(portal);
   }
   return wide;
@@ -192,7 +195,13 @@ std::vector<Portal> proposed_portals(const Device& device, const Map& map,
                     "give a smaller size, such as {:.2g}",
                     options.size, 0.5 * options.size));
   }
-  return with_room_for_copies(portals);
+  // A camera can dive into a portal where there is room about the point to which copies shrink
+  // (tools/film/dive.hpp).
+  constexpr double kWide = 1.5, kJust = 1.01;
+  for (const double room : {kWide, kJust}) {
+    if (const auto wide = with_room_for_copies(portals, room)) return *wide;
+  }
+  return portals;
 }
 
 int visible_depth(const std::vector<Portal>& portals) {

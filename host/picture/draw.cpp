@@ -30,8 +30,8 @@ constexpr int kSkyLights = 64, kDraftSkyLights = 16;
 constexpr double kDraftLamps = 0.5;
 /// What a sample of the picture, a texel of a light, and the band's grids cost, in marched rays.
 constexpr double kSampleCost = 0.4, kCoarseCost = 0.05, kDepthGridCost = 3e5;
-/// Views through a lens for each sample of a pixel.
-constexpr int kLensViews = 16;
+/// Views through a lens for each sample of a pixel; and while the camera moves, at least so many.
+constexpr int kLensViews = 16, kFewestMoving = 8;
 /// What radiance is multiplied by at an exposure of 0.
 constexpr double kBaseExposure = 0.62;
 
@@ -393,15 +393,36 @@ void Studio::Impl::draw(std::span<const View> views, std::span<const Light> lamp
   }
 }
 
-std::vector<View> Studio::Impl::views_of(const Camera& camera) {
-  const int samples = options.samples;
-  const View view = view_of(camera);
-  if (camera.aperture == 0) return {view};
-  const View pixels = view.coarse();
-  const double focus = camera.focus ? distance_along_axis(pixels, to_scene.to_map(*camera.focus))
-                                    : distance_in_focus(pixels);
-  if (!(focus > 0)) throw OptionError("focus", "it lies behind the camera");
-  return lens_views(pixels, camera.aperture, focus, kLensViews * samples * samples);
+std::vector<View> Studio::Impl::views_of(const Camera& camera, std::span<const Camera> moving) {
+  const int samples = options.samples * options.samples;
+  const bool has_lens = camera.aperture > 0;
+  if (!has_lens && moving.empty()) return {view_of(camera)};
+  const View still = view_of(camera).coarse();
+  double focus = 1;  // any distance is as good for a pin-hole
+  if (has_lens) {
+    focus = camera.focus ? distance_along_axis(still, to_scene.to_map(*camera.focus))
+                         : distance_in_focus(still);
+    if (!(focus > 0)) throw OptionError("focus", "it lies behind the camera");
+  }
+  const int count = has_lens         ? kLensViews * samples
+                    : moving.empty() ? samples
+                                     : std::max(kFewestMoving, samples);
+  std::vector<View> views;
+  for (int i = 0; i < count; ++i) {
+    View view = still;
+    if (!moving.empty()) {
+      const auto opened = static_cast<std::size_t>(open_part(i, count));
+      // The middle of that part of the time.
+      const std::size_t moment =
+          (2 * opened + 1) * moving.size() / (2 * static_cast<std::size_t>(count));
+      view = view_of(standing(moving[moment])).coarse();
+      view.footprint = still.footprint;
+      view.tolerance = still.tolerance;
+    }
+    views.push_back(lens_view(view, camera.aperture, focus, i, count));
+    views.back().lens_eye = still.eye;  // what is looked up for that eye serves all
+  }
+  return views;
 }
 
 double Studio::Impl::distance_in_focus(const View& view) {
@@ -421,7 +442,8 @@ double Studio::Impl::distance_in_focus(const View& view) {
   return distance_along_axis(view, seen);
 }
 
-LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_layers) {
+LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_layers,
+                                   std::span<const Camera> moving) {
   source->stop_with(monitor.stop.stop_possible() ? monitor.stop : stop);
   options.camera = aimed(std::span(&options.camera, 1), {}).front();
   const Camera& camera = options.camera;
@@ -486,7 +508,7 @@ LayeredImage Studio::Impl::picture(const ProgressMonitor& monitor, bool with_lay
   image.loose = source->loose_pieces();
   image.loose.volume /= std::pow(to_scene.scale, 3);
   image.pixels.reserve(3 * index(0, image.height, image.width));
-  const std::vector<View> views = views_of(camera);
+  const std::vector<View> views = views_of(camera, moving);
   work.all += static_cast<double>(views.size()) * view_cost(views.front()) - view_cost(view);
   draw(views, lamps, shading, with_layers, work, picture);
   return picture;

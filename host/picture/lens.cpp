@@ -1,7 +1,10 @@
 #include "picture/lens.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <numeric>
 
 namespace qjulia::picture {
 namespace {
@@ -26,25 +29,28 @@ double distance_along_axis(const View& view, const Vector3d& point) {
   return (point - view.eye).dot(axis_of(view));
 }
 
-std::vector<View> lens_views(const View& view, double width, double focus, int count) {
+View lens_view(const View& view, double width, double focus, int i, int count) {
   constexpr double kPlastic = 1.32471795724474602596;
   const Vector3d right = view.dir_dx.normalized(), up = view.dir_dy.normalized();
   // Directions reach so far along the axis, and meet the plane in focus after so many of them.
   const double reach = view.direction(0.5 * view.columns, 0.5 * view.rows).norm();
   const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
-  std::vector<View> views;
-  for (int i = 0; i < count; ++i) {
-    const double radius = 0.5 * width * focus * std::sqrt(static_cast<double>(i) / count);
-    const Vector3d away =
-        radius * (std::cos(golden_angle * i) * right + std::sin(golden_angle * i) * up);
-    View through = view;
-    through.lens_eye = view.eye;
-    through.eye += away;
-    through.dir += spread(i, 1 / kPlastic) * view.dir_dx +
-                   spread(i, 1 / (kPlastic * kPlastic)) * view.dir_dy - away * (reach / focus);
-    views.push_back(through);
-  }
-  return views;
+  const double radius = 0.5 * width * focus * std::sqrt(static_cast<double>(i) / count);
+  const Vector3d away =
+      radius * (std::cos(golden_angle * i) * right + std::sin(golden_angle * i) * up);
+  View through = view;
+  through.lens_eye = view.eye;
+  through.eye += away;
+  through.dir += spread(i, 1 / kPlastic) * view.dir_dx +
+                 spread(i, 1 / (kPlastic * kPlastic)) * view.dir_dy - away * (reach / focus);
+  return through;
+}
+
+int open_part(int i, int count) {
+  // Multiples of a number that has no factor in common with `count` reach all parts.
+  int step = std::max(1, static_cast<int>(std::lround(count / std::numbers::phi)));
+  while (std::gcd(step, count) != 1) ++step;
+  return static_cast<int>(std::int64_t{step} * i % count);
 }
 
 }  // namespace qjulia::picture

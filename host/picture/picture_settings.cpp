@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <utility>
 
@@ -500,9 +501,19 @@ std::vector<PictureSetting> made_settings() {
        {field_settings, pixel_settings, camera_place_settings, camera_frame_settings}) {
     std::ranges::move(part(), std::back_inserter(all));
   }
+  // "look" is for records alone, and the material's values are found with the set's grids.
+  constexpr std::array kOfSet{"look", "material"};
+  constexpr std::array kOfSky{"light", "fill", "fill_color", "environment", "environment_turn",
+                              "ground"};
+  const auto is_one_of = [](const auto& names, const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
   for (const auto part : {light_settings, matter_settings}) {
     for (PictureSetting& setting : part()) {
       setting.is_of_look = setting.name != "look";
+      setting.remade = is_one_of(kOfSet, setting.name)   ? Remade::set
+                       : is_one_of(kOfSky, setting.name) ? Remade::sky
+                                                         : Remade::nothing;
       all.push_back(std::move(setting));
     }
   }

@@ -5,10 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "base/range_check.hpp"
+#include "base/setting_json.hpp"
 #include "lattice/grid.hpp"
 #include "map/checks.hpp"
 #include "map/portals.hpp"
@@ -76,6 +78,23 @@ void expect_color(const char* field, const Rgb& color) {
 std::optional<Surrounded> surrounded(const Lighting& light, const std::stop_token& stop) {
   if (light.environment.empty()) return std::nullopt;
   return Surrounded{light_of(read_environment(light.environment, stop)), light.environment_turn};
+}
+
+/// Gives one place of a setting the value of another.
+void copy_value(const ValuePlace& from, const ValuePlace& to) {
+  std::visit(
+      [&]<class Place>(const Place& source) {
+        const Place& target = std::get<Place>(to);
+        if constexpr (std::is_same_v<Place, WordPlace>) {
+          target.set(source.index());
+        } else if constexpr (std::is_same_v<Place, SizePlace>) {
+          *target.width = *source.width;
+          *target.height = *source.height;
+        } else {
+          *target = *source;
+        }
+      },
+      from);
 }
 
 }  // namespace
@@ -294,31 +313,43 @@ void Studio::set_range(const std::optional<MaterialRange>& range) {
 void Studio::set_light(const PictureOptions& options) {
   options.validate();
   PictureOptions& own = impl_->options;
-  const auto of_sky = [](const PictureOptions& o) {
-    return std::tie(o.light.rig, o.light.fill, o.light.fill_color, o.light.environment,
-                    o.light.environment_turn, o.ground);
-  };
-  if (of_sky(own) != of_sky(options)) {
-    impl_->environment = surrounded(options.light, impl_->stop);
-    impl_->up.reset();  // sky and ground are made again
+  const bool is_elsewhere = options.light.environment != own.light.environment;
+  std::optional<Surrounded> environment;
+  if (is_elsewhere) environment = surrounded(options.light, impl_->stop);
+  PictureOptions wanted = options;  // places are those of options that may change
+  for (const PictureSetting& setting : picture_settings()) {
+    if (setting.remade == Remade::set) continue;
+    const ValuePlace from = setting.place(wanted), to = setting.place(own);
+    const bool has_changed = base::value_json(setting, from) != base::value_json(setting, to);
+    if (setting.remade == Remade::sky && has_changed) impl_->up.reset();
+    copy_value(from, to);
   }
-  own.light = options.light;
-  own.exposure = options.exposure;
-  own.tone = options.tone;
-  own.matter = options.matter;
-  own.palette = options.palette;
-  own.background = options.background;
-  own.ground = options.ground;
+  if (is_elsewhere) {
+    impl_->environment = std::move(environment);
+  } else if (impl_->environment) {
+    impl_->environment->turn = own.light.environment_turn;
+  }
 }
 
 Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor) {
   impl_->turn(camera);
-  return impl_->picture(monitor, /*with_layers=*/false).image;
+  return impl_->picture(monitor, /*with_layers=*/false, {}).image;
+}
+
+Image Studio::picture(const Camera& camera, std::span<const Camera> moving,
+                      const ProgressMonitor& monitor) {
+  for (const Camera& at : moving) {
+    if (!at.look_at || !at.distance)
+      throw OptionError("distance", "a camera that moves needs a distance and a point to look at");
+    impl_->turn(at);
+  }
+  impl_->turn(camera);
+  return impl_->picture(monitor, /*with_layers=*/false, moving).image;
 }
 
 LayeredImage Studio::layered_picture(const Camera& camera, const ProgressMonitor& monitor) {
   impl_->turn(camera);
-  return impl_->picture(monitor, /*with_layers=*/true);
+  return impl_->picture(monitor, /*with_layers=*/true, {});
 }
 
 Image render(const Device& device, const Map& map, const PictureOptions& options,

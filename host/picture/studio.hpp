@@ -72,7 +72,9 @@ struct Studio::Impl {
   Sampled sampled(const picture::View& view, double rays);
   /// Values of the material at about so many points of a view that was prepared.
   std::vector<float> shown(const picture::View& view, double rays);
-  LayeredImage picture(const ProgressMonitor& monitor, bool with_layers);
+  /// @param moving as `Studio::picture` has them
+  LayeredImage picture(const ProgressMonitor& monitor, bool with_layers,
+                       std::span<const Camera> moving);
   /// Depths of the sky's lights, and what they light of the ground.
   void light_sky(Work& work);
   /// The mean of the views, strip by strip; layers are those of the first.
@@ -83,7 +85,7 @@ struct Studio::Impl {
   picture::Strip seen_strip(const picture::View& view, picture::SpecklessDepths& depths,
                             std::span<const picture::Light> lamps, int row, int rows) const;
   /// The views whose mean the picture is.
-  std::vector<picture::View> views_of(const Camera& camera);
+  std::vector<picture::View> views_of(const Camera& camera, std::span<const Camera> moving);
   /// The distance, along the axis, of what is seen nearest to the middle of a view.
   double distance_in_focus(const picture::View& view);
   /// The exposure, in stops, with which what this view shows gets as much light as in the studio.

@@ -91,6 +91,12 @@ TEST_CASE("a studio refuses hostile cameras, ranges, exposures and sizes by name
     takes(std::isfinite(x), "aimed", "azimuth",
           [&] { return studio.aimed(std::span(&turned, 1)).size() == 1; });
     takes(is_within(x, 0.01, 1000), "aimed", "zoom", [&] { studio.aimed(std::span(&zoomed, 1)); });
+    const Camera placed = changed(turned, [](auto& c) {
+      c.look_at = Eigen::Vector3d::Zero();
+      c.distance = 6;
+    });
+    takes(std::isfinite(x), "picture", "azimuth",
+          [&] { check_picture(studio.picture({}, std::span(&placed, 1)), options); });
     takes(std::isfinite(x), "shown", "azimuth", [&] {
       for (const float value : studio.shown(std::span(&turned, 1))) CHECK(is_within(value, 0, 1));
     });
@@ -126,6 +132,9 @@ TEST_CASE("a studio refuses hostile cameras, ranges, exposures and sizes by name
                     small_picture());
     });
   }
+  const Camera without_place;
+  refuses("picture", "distance: a camera that moves needs",
+          [&] { studio.picture({}, std::span(&without_place, 1)); });
   for (const int n : kHostileCounts) {
     CAPTURE(n);
     const bool is_size = is_within(n, 1, 16'384);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch_all.hpp>
 #include <cmath>
+#include <numeric>
 
 #include "ball_view.hpp"
 #include "base/srgb.hpp"
@@ -273,6 +274,53 @@ TEST_CASE("a lens blurs what is out of focus, as wide as geometry says") {
   CHECK(grey() / 2.0 == Catch::Approx(0.15 * pixels).epsilon(0.25));
 }
 
+TEST_CASE("an open shutter blurs edges as far as they move, in linear light") {
+  // A black ball before white passes over the picture.
+  PictureOptions options = test::picture_of(96, 72);
+  options.ground = false;
+  options.background = background_from("white");
+  options.palette.clay = Rgb::Zero();
+  options.matter.roughness = 1;
+  options.light.fill = 0;
+  options.light.lamps = {lamp_from("0,0,0"), lamp_from("0,0,0")};
+  options.tone = ToneCurve::none;
+  options.samples = 4;
+  options.camera.azimuth = options.camera.elevation = 0;
+  options.camera.distance = 6;
+  options.camera.look_at = Eigen::Vector3d::Zero();
+  Studio studio(test::shared_device(), check::unit_ball(), options);
+  const double pixels = 72 / (2 * std::tan(15 * std::numbers::pi / 180)) / 6;  // a shape unit
+  constexpr int kWay = 12;                                                     // pixels
+  Camera camera = options.camera;
+  camera.up = kDefaultUp;
+  const Eigen::Vector3d right = picture::camera_axes(camera).right;
+  std::vector<Camera> moving;
+  for (int i = 0; i < 64; ++i) {
+    camera.look_at = ((i + 0.5) / 64 - 0.5) * kWay / pixels * right;
+    moving.push_back(camera);
+  }
+  const Image still = studio.picture(options.camera),
+              blurred = studio.picture(options.camera, moving);
+  CHECK(studio.picture(options.camera, moving).pixels == blurred.pixels);
+  // An edge becomes a ramp of linear light as long as the way.
+  const auto row_of = [&](const Image& image) {
+    std::vector<double> row;
+    for (int column = 0; column < 48; ++column) row.push_back(at(image, column, 36).x());
+    return row;
+  };
+  const std::vector<double> sharp = row_of(still), soft = row_of(blurred);
+  const auto edge = static_cast<int>(std::ranges::find_if(sharp, [](double v) { return v < 0.5; }) -
+                                     sharp.begin());
+  REQUIRE(edge > kWay);
+  for (int i = -kWay / 2 + 1; i < kWay / 2; ++i) {
+    CAPTURE(i);
+    CHECK(soft[static_cast<std::size_t>(edge + i)] ==
+          Catch::Approx(0.5 - (i + 0.5) / kWay).margin(0.12));
+  }
+  CHECK(std::accumulate(soft.begin(), soft.end(), 0.0) ==
+        Catch::Approx(std::accumulate(sharp.begin(), sharp.end(), 0.0)).margin(0.5));
+}
+
 TEST_CASE("without a focus the middle of the picture is in focus") {
   PictureOptions options = ball_options();
   options.camera.aperture = 0.1;
@@ -311,6 +359,20 @@ TEST_CASE("a studio whose light is set draws what a new one draws") {
   expect_same([](auto& o) { o.light.environment_turn = 70; });
   expect_same([](auto& o) { o.exposure = -1; });
   expect_same([](auto& o) { o.background = {Backdrop::plain, Rgb(1, 0, 0)}; });
+}
+
+TEST_CASE("a studio reads an environment once, whatever else of its light is set") {
+  const test::TemporaryFolder folder;
+  PictureOptions options = ball_options();
+  options.light.environment = folder.file("sky.hdr", test::even_hdr_bytes(1));
+  Studio studio(test::shared_device(), check::unit_ball(), options);
+  const auto first = studio.picture(options.camera).pixels;
+  folder.file("sky.hdr", "no environment");
+  options.light.fill = 0.3;
+  studio.set_light(options);
+  CHECK((studio.picture(options.camera).pixels != first));
+  options.light.environment = folder.file("other.hdr", "no environment");
+  CHECK_THROWS_AS(studio.set_light(options), InputError);
 }
 
 TEST_CASE("lamps that stand still throw their light where they did while the camera goes around") {

@@ -163,6 +163,127 @@ TEST_CASE("FFmpeg gets the pictures, and where it fails they are kept with the c
   CHECK_THAT(without.err, ContainsSubstring("install FFmpeg"));
 }
 
+TEST_CASE("whatever happens to FFmpeg or the disk, pictures stay and the command is told") {
+  const Studio studio;
+  std::filesystem::create_directory(studio.folder / "bin");
+  const std::string program = studio.folder / "bin/ffmpeg";
+  const RunOptions with_it{.environment = {{"PATH", studio.folder / "bin:/usr/bin:/bin"}}};
+  const auto become = [&](const std::string& does) {
+    studio.folder.file("bin/ffmpeg",
+                       "#!/bin/sh\nfor last; do :; done\nlast=${last#file:}\n" + does);
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  };
+  // Runs a film; its pictures are drawn the first time alone.
+  const auto fails = [&](const std::string& output, const std::string& because) {
+    const auto failed = film(studio, output, {}, with_it);
+    INFO(failed.err);
+    CHECK(failed.exit_code == 1);
+    const std::string folder = output.substr(0, output.find('.')) + ".frames";
+    CHECK_THAT(failed.err, ContainsSubstring("kept in '" + (studio.folder / folder)) &&
+                               ContainsSubstring(because) &&
+                               ContainsSubstring("\nthe command was: ffmpeg -hide_banner"));
+    for (int i = 1; i <= 6; ++i) CHECK_FALSE(frame(studio, folder, i).empty());
+    for (const auto& entry : std::filesystem::directory_iterator(studio.folder / folder)) {
+      CHECK(entry.path().filename().string().find("unfinished") == std::string::npos);
+    }
+    return failed.err.substr(failed.err.find("ffmpeg -hide_banner"));
+  };
+  become("echo half > \"$last\"\nkill -9 $$\n");
+  const std::string command = fails("turn.mp4", "signal 9 ended it");
+  become("echo half > \"$last\"\necho 'No space left on device' >&2\nexit 1\n");
+  fails("turn.mp4", "No space left on device");
+  become("exit 3\n");
+  fails("turn.mp4", "FFmpeg ended with code 3 and said nothing");
+  become("exit 0\n");
+  fails("turn.mp4", "cannot read");
+  // The disk that the film goes to is full.
+  become("echo film > \"$last\"\n");
+  std::filesystem::create_symlink("/dev/full", studio.folder / "full.mp4");
+  fails("full.mp4", "full.mp4");
+  // The command that is told makes the film.
+  CHECK_FALSE(std::filesystem::exists(studio.folder / "turn.mp4"));
+  const auto by_hand = run({"/bin/sh", "-c", command}, with_it);
+  INFO(by_hand.err);
+  CHECK(by_hand.exit_code == 0);
+  CHECK(read_text(studio.folder / "turn.mp4") == "film\n");
+  // Stopped while FFmpeg works, which is ended too.
+  become("echo \"$$\" > \"$0.process\"\nexec sleep 100\n");
+  const auto stopped = film(studio, "turn.mp4", {},
+                            {.environment = with_it.environment, .interrupt_at = "encoding"});
+  CHECK(stopped.exit_code == 130);
+  CHECK_THAT(stopped.err, ContainsSubstring("6 of 6 pictures are in"));
+  CHECK(read_text(studio.folder / "turn.mp4") == "film\n");
+  CHECK_FALSE(frame(studio, "turn.frames", 6).empty());
+  // Where it is missing, the film is not begun without a word.
+  const auto without =
+      film(studio, "turn.mp4", {}, {.environment = {{"PATH", studio.folder / "none"}}});
+  CHECK(without.exit_code == 1);
+  CHECK_THAT(without.err, ContainsSubstring("FFmpeg is not installed, so that the pictures") &&
+                              ContainsSubstring("install FFmpeg"));
+  // At last all is well, and nothing is drawn again.
+  become("echo film > \"$last\"\n");
+  const auto made = film(studio, "turn.mp4", {}, with_it);
+  CHECK(made.exit_code == 0);
+  CHECK(json::parse(made.out)["drawn"] == 0);
+  CHECK_FALSE(std::filesystem::exists(studio.folder / "turn.frames"));
+}
+
+TEST_CASE("a dive into a portal ends as it begins") {
+  const Studio studio;
+  qjulia::Map map = qjulia::read_map(studio.folder / "ball.qjulia.json");
+  map.layers.portals = {{{0, 1.25, 0}, 0.4, 5, {}, {0, 0, 0}, qjulia::PortalMask::outside}};
+  qjulia::write_map(map, studio.folder / "stack.qjulia.json");
+  const std::string begin = "[film]\nmap = \"stack.qjulia.json\"\nseconds = 1\nrate = 4\n[dive]\n";
+  const std::string options =
+      "[options]\nsize = \"48x36\"\nsamples = 1\nno_ground = true\nelevation = 0\n";
+  const std::string script = studio.folder.file("dive.toml", begin + options);
+  const std::vector<std::string> words{"film",   script,     "-o", studio.folder / "dive",
+                                       "--json", "--device", "cpu"};
+  const auto made = run_command(words);
+  INFO(made.err);
+  REQUIRE(made.exit_code == 0);
+  const json said = json::parse(made.out);
+  CHECK(said["pictures"] == 4);
+  CHECK(said["seam"] < 2);
+  CHECK_FALSE(std::filesystem::exists(studio.folder / "dive/frame_0005.png"));
+  CHECK(json::parse(run_command(words).out)["seam"] == said["seam"]);  // it is remembered
+  // The film shows the pictures as often as it is deep.
+  std::filesystem::create_directory(studio.folder / "bin");
+  const std::string program = studio.folder.file("bin/ffmpeg",
+                                                 "#!/bin/sh\n"
+                                                 "echo \"$@\" > \"$0.words\"\n"
+                                                 "for last; do :; done\n"
+                                                 "echo film > \"${last#file:}\"\n");
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  const std::string deep = studio.folder.file("deep.toml", begin + "copies = 9\n" + options);
+  const auto filmed =
+      run_command({"film", deep, "-o", studio.folder / "deep.mp4", "--device", "cpu"},
+                  {.environment = {{"PATH", studio.folder / "bin:/usr/bin:/bin"}}});
+  INFO(filmed.err);
+  REQUIRE(filmed.exit_code == 0);
+  CHECK_THAT(read_text(program + ".words"),
+             ContainsSubstring("-stream_loop 8 -i ") && ContainsSubstring("-frames:v 36 "));
+  // A seam is told: the lamps are brighter at the end.
+  const std::string bright = studio.folder.file(
+      "bright.toml",
+      begin + options + "[[key]]\nat = 0\nexposure = 0\n[[key]]\nat = 1\nexposure = 1\n");
+  const auto seamed =
+      run_command({"film", bright, "-o", studio.folder / "bright", "--json", "--device", "cpu"});
+  CHECK(json::parse(seamed.out)["seam"] > 2);
+  CHECK_THAT(seamed.err, ContainsSubstring("the dive will show a seam"));
+  CHECK_THAT(studio.refused(begin + "portal = 2\n" + options),
+             ContainsSubstring("bad.toml:5: [dive]: portal 2: there is no portal 2"));
+  CHECK_THAT(studio.refused(begin + "copies = 0\ndepth = 3\n" + options),
+             ContainsSubstring("bad.toml:6: copies: give a whole number, 1 to 1000") &&
+                 ContainsSubstring("bad.toml:7: 'depth' is not known in [dive]"));
+  CHECK_THAT(studio.refused(begin + options + "[[key]]\nat = 0\nazimuth = 3\n"),
+             ContainsSubstring("bad.toml:13: azimuth: a [dive] leaves no room for keys of it"));
+  CHECK_THAT(studio.refused(begin + options + "scale = 2\n"),
+             ContainsSubstring("it would be moved by the options"));
+  CHECK_THAT(studio.refused("[film]\nmap = \"ball.qjulia.json\"\nseconds = 1\n[dive]\n"),
+             ContainsSubstring("bad.toml:4: [dive]: portal 1: the map has no portal"));
+}
+
 TEST_CASE("a film goes through links and into pipes, and its folder is one command's") {
   const Studio studio;
   std::filesystem::create_directory(studio.folder / "bin");
@@ -207,6 +328,13 @@ TEST_CASE("a film goes through links and into pipes, and its folder is one comma
     CHECK(film(studio, "held").exit_code == 1);
     CHECK(film(studio, "held", {"--frames", "1:1"}).exit_code == 0);
   }
+  // Parts of two films do not come into one folder.
+  CHECK(film(studio, "parts", {"--frames", "1:1"}).exit_code == 0);
+  const auto other = film(studio, "parts", {"--frames", "2:2", "--seconds", "1.9"});
+  CHECK(other.exit_code == 2);
+  CHECK_THAT(other.err, ContainsSubstring("has pictures of another script"));
+  CHECK_FALSE(std::filesystem::exists(studio.folder / "parts/frame_0002.png"));
+  CHECK(film(studio, "parts", {"--frames", "2:2"}).exit_code == 0);
   // A shorter film names a longer one's pictures, and keeps them.
   CHECK(film(studio, "held").exit_code == 0);
   studio.folder.file("held/frame_0007.png", "mine");
@@ -247,6 +375,41 @@ TEST_CASE("a film says what it keeps from picture to picture, and lamps stand st
   CHECK(job(4)["options"]["azimuth"] == 90);
 }
 
+TEST_CASE("an open shutter blurs what moves, and nothing else") {
+  const Studio studio;
+  const auto drawn = [&](const std::string& name, const std::string& shutter,
+                         const std::string& keys) {
+    const std::string script = studio.folder.file(
+        name + ".toml", "[film]\nmap = \"ball.qjulia.json\"\nseconds = 1\nrate = 2\n" + shutter +
+                            "[options]\nsize = \"96x72\"\nsamples = 1\nno_ground = true\n" + keys);
+    const auto made =
+        run_command({"film", script, "-o", studio.folder / name, "--device", "cpu", "--jobs", "2"});
+    INFO(made.err);
+    REQUIRE(made.exit_code == 0);
+    return read_png(studio.folder / (name + "/frame_0001.png")).pixels;
+  };
+  const std::string pan =
+      "[[key]]\nat = 0\nlook_at = [0, 0, 0]\nstep = \"linear\"\n[[key]]\nat = 1\nlook_at = [2, 0, "
+      "0]\n";
+  const auto sharp = drawn("sharp", "", pan), blurred = drawn("blurred", "shutter = 1\n", pan);
+  // Edges across the way are soft: neighbours differ less, and of the sum nothing is lost.
+  const auto steepest = [](const std::vector<std::uint8_t>& pixels) {
+    int most = 0;
+    for (std::size_t i = 3; i < pixels.size(); ++i) {
+      if (i / 3 % 96 > 0) most = std::max(most, std::abs(pixels[i] - pixels[i - 3]));
+    }
+    return most;
+  };
+  INFO(steepest(sharp) << " and " << steepest(blurred));
+  CHECK(steepest(blurred) < 0.7 * steepest(sharp));
+  CHECK((blurred == drawn("again", "shutter = 1\n", pan)));
+  // Where the camera stands still, nothing is drawn twice.
+  const std::string still = "[[key]]\nat = 0\nroughness = 0.2\n[[key]]\nat = 1\nroughness = 0.2\n";
+  CHECK((drawn("still", "", still) == drawn("open", "shutter = 0.5\n", still)));
+  CHECK_THAT(studio.refused("[film]\nmap = \"ball.qjulia.json\"\nseconds = 1\nshutter = 2\n"),
+             ContainsSubstring("bad.toml:4: shutter: give a share of a picture's time, 0 to 1"));
+}
+
 TEST_CASE("a sheet shows the film, and its templates can be filmed") {
   const Studio studio;
   const auto sheet = run_command({"film", "sheet", studio.script, "-o", studio.folder / "s.png",
@@ -255,12 +418,17 @@ TEST_CASE("a sheet shows the film, and its templates can be filmed") {
   CHECK(json::parse(sheet.out)["pictures"] == 4);
   const auto note = run_command({"info", studio.folder / "s.png", "--json"});
   CHECK(json::parse(note.out)["made_with"]["job"]["fnv1a64"].contains("map"));
-  for (const char* name : {"turntable", "dissolve", "dive", "breathe"}) {
+  qjulia::Map map = qjulia::read_map(studio.folder / "ball.qjulia.json");
+  map.layers.portals = {{{0, 1.25, 0}, 0.4, 5, {}, {0, 0, 0}, qjulia::PortalMask::outside}};
+  qjulia::write_map(map, studio.folder / "stack.qjulia.json");
+  for (const char* name : {"turntable", "dissolve", "dive", "zoom", "breathe"}) {
     INFO(name);
     const auto script = run_command({"film", "template", name});
     REQUIRE(script.exit_code == 0);
     std::string text = script.out;
-    text.replace(text.find("bunny.qjulia.json"), 17, "ball.qjulia.json");
+    if (const auto at = text.find("\"bunny.qjulia.json\""); at != std::string::npos) {
+      text.replace(at, 19, "\"ball.qjulia.json\"");
+    }
     text.replace(text.find("960x720"), 7, "16x12");
     const std::string file = studio.folder.file(std::string(name) + ".toml", text);
     const auto shown = run_command({"film", "sheet", file, "-o", studio.folder / "t.png",
@@ -308,7 +476,34 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
   CHECK_THAT(studio.refused(keyed), ContainsSubstring("k.csv:2: the row has more cells"));
   studio.folder.file("k.csv", "at,zoom\n0,\"1\n");
   CHECK_THAT(studio.refused(keyed), ContainsSubstring("k.csv:2: a quote has no end"));
+  // Blank rows, blank cells at ends, and blanks around values mean nothing.
+  studio.folder.file("keys.csv", "\n ,, \nat , zoom,,\n\n0, 1,,\n , ,\n2, \"2.5\",,,\n\n");
+  const auto blank = run_command(
+      {"film", studio.folder / "zoom.toml", "-o", studio.folder / "blank", "--device", "cpu"});
+  INFO(blank.err);
+  CHECK(blank.exit_code == 0);
+  // A column that is not known is told once, and what is wrong in others all the same.
+  studio.folder.file("k.csv", "at,zom,zoom,zoom,,fog\n0,1,1,1,1,x\nnow,2,-2,2,2,2\n");
+  const std::string told_once = studio.refused(keyed);
+  CHECK_THAT(told_once, ContainsSubstring("k.csv:1: zom: there is no such setting") &&
+                            ContainsSubstring("k.csv:1: zoom: it has two columns") &&
+                            ContainsSubstring("k.csv:1: column 5: it has no name") &&
+                            ContainsSubstring("k.csv:2: fog: ") &&
+                            ContainsSubstring("k.csv:3: at: ") &&
+                            ContainsSubstring("k.csv:3: zoom: the value must be above 0"));
+  CHECK(told_once.find("zom", told_once.find("zom: there") + 1) == std::string::npos);
   // All at once, with the line of each.
+  CHECK_THAT(studio.refused("[film]\nmap = \"ball.qjulia.json\"\nseconds = -1\nkeys = \"k.csv\"\n"
+                            "[options]\nsize = \"big\"\n[[key]]\nstep = \"fast\"\nzoom = 0\n"
+                            "fog = [1, 2]\n[dive]\nportal = 0\n[[key]]\nfov = 3\n"),
+             ContainsSubstring("bad.toml:3: seconds: ") && ContainsSubstring("k.csv:3: at: ") &&
+                 ContainsSubstring("bad.toml:5: [options]: ") &&
+                 ContainsSubstring("bad.toml:7: this [[key]] has no 'at'") &&
+                 ContainsSubstring("bad.toml:8: step: ") &&
+                 ContainsSubstring("bad.toml:9: zoom: the value must be above 0") &&
+                 ContainsSubstring("bad.toml:10: fog: give a number") &&
+                 ContainsSubstring("bad.toml:12: portal: give a whole number") &&
+                 ContainsSubstring("bad.toml:14: fov: there is no such setting"));
   CHECK_THAT(studio.refused(film + "[[key]]\nat = 0\nazimut = 3\nzoom = 0\n[[key]]\nzoom = 3\n"),
              ContainsSubstring("bad.toml:6: azimut: there is no such") &&
                  ContainsSubstring("bad.toml:7: zoom: the value must be above 0") &&

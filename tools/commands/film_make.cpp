@@ -9,10 +9,12 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -48,10 +50,14 @@ struct FilmArguments {
 struct FilmPlan : Plan {
   FilmScript script;
   View base;                        ///< what holds for all pictures
-  std::vector<View> views;          ///< of each picture
+  std::vector<View> views;          ///< of each picture, and of the end of a dive
   std::filesystem::path folder;     ///< of the pictures
+  std::size_t pictures = 0;         ///< of the whole film
   bool is_folder = false;           ///< no film is made of them
   std::size_t first = 0, last = 0;  ///< pictures to draw; last is the one after
+  bool is_shared = false;           ///< other commands may draw parts of the film, too
+
+  std::filesystem::path state() const { return folder / "film.json"; }
 };
 
 bool is_transparent(const FilmPlan& plan) {
@@ -86,7 +92,8 @@ FilmPlan plan_film(const FilmArguments& arguments) {
   plan.script = read_film_script(arguments.script, arguments.seconds);
   plan.base = plan.script.base();
   plan.views = plan.script.views(plan.base);
-  plan.last = plan.views.size();
+  plan.last = plan.pictures = plan.script.pictures();
+  plan.is_shared = arguments.frames.has_value();
   if (arguments.frames) std::tie(plan.first, plan.last) = pictures_in(*arguments.frames, plan.last);
   plan.inputs = {arguments.script, plan.script.input};
   plan.further_inputs = plan.script.files();
@@ -111,7 +118,8 @@ std::string key_of(const FilmPlan& plan, const Job& job) {
   for (const View& view : plan.views) {
     views.push_back({to_json(view.map_options), to_json(view.picture)});
   }
-  return text_hash(to_json(job).dump() + views.dump() + version());
+  return text_hash(
+      fmt::format("{}{}{}{}", to_json(job).dump(), views.dump(), plan.script.shutter, version()));
 }
 
 /// What a picture's note says of its film.
@@ -131,7 +139,14 @@ bool is_drawn(const std::filesystem::path& file, const std::string& note,
   }
 }
 
-nlohmann::json state_json(const SeriesFrame& frame) {
+/// What is found before the first picture.
+struct FilmState {
+  SeriesFrame frame;
+  std::optional<double> seam;  ///< of a dive, once it was measured
+};
+
+nlohmann::json state_json(const FilmState& state) {
+  const SeriesFrame& frame = state.frame;
   nlohmann::json cameras = nlohmann::json::array();
   for (const Camera& camera : frame.cameras) {
     const Eigen::Vector3d& at = *camera.look_at;
@@ -140,18 +155,20 @@ nlohmann::json state_json(const SeriesFrame& frame) {
   nlohmann::json json{{"cameras", cameras}};
   if (frame.range) json["range"] = frame.range->values();
   if (frame.exposure) json["exposure"] = *frame.exposure;
+  if (state.seam) json["seam"] = *state.seam;
   return json;
 }
 
 /// What an earlier run has found; none where that was of another film.
-std::optional<SeriesFrame> kept_frame(const std::filesystem::path& file, const std::string& key,
-                                      const std::vector<View>& views) {
+std::optional<FilmState> kept_state(const std::filesystem::path& file, const std::string& key,
+                                    const std::vector<View>& views) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) return std::nullopt;
   try {
     const nlohmann::json json = read_report(file.string(), "the film's state");
     if (json.at("key") != key || json.at("cameras").size() != views.size()) return std::nullopt;
-    SeriesFrame frame;
+    FilmState state;
+    SeriesFrame& frame = state.frame;
     for (std::size_t i = 0; i < views.size(); ++i) {
       const auto v = json.at("cameras").at(i).get<std::vector<double>>();
       Camera& camera = frame.cameras.emplace_back(views[i].picture.camera);
@@ -164,12 +181,26 @@ std::optional<SeriesFrame> kept_frame(const std::filesystem::path& file, const s
       frame.range = range_from(fmt::format("{}", fmt::join(words, ",")));
     }
     if (json.contains("exposure")) frame.exposure = json["exposure"].get<double>();
-    return frame;
+    if (json.contains("seam")) state.seam = json["seam"].get<double>();
+    return state;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   } catch (const InputError&) {
     return std::nullopt;
   }
+}
+
+/// Of several commands that draw parts of a film into its folder, each is to draw the same film.
+/// @throws InputError where the folder's state is another film's, or cannot be read
+void expect_same_film(const std::filesystem::path& state, const std::string& key) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(state, ignored)) return;
+  const nlohmann::json json = read_report(state.string(), "the film's state");
+  if (json.is_object() && json.value("key", "") == key) return;
+  throw InputError(fmt::format(
+      "--frames: '{}' has pictures of another script or device, or of this one before it, its map "
+      "or the program was changed; give another folder, or remove that one",
+      state.parent_path().string()));
 }
 
 /// The job of one picture, before it is known what all have in common.
@@ -192,7 +223,7 @@ Job picture_job(const FilmScript& script) {
 /// made of it by hand. Nothing removes them, since somebody may still want that film.
 void warn_of_longer_film(const FilmPlan& plan, Session& session) {
   std::set<std::string> own, further;
-  for (std::size_t number = 1; number <= plan.views.size(); ++number) {
+  for (std::size_t number = 1; number <= plan.pictures; ++number) {
     own.insert(film::frame_name(number));
   }
   std::error_code ignored;
@@ -259,6 +290,13 @@ class KeptCounter {
   double seconds_ = 0;  ///< of all pictures
 };
 
+/// What an interrupted command says.
+void tell_drawn(const FilmPlan& plan, std::size_t missing, Session& session) {
+  const std::size_t all = plan.last - plan.first;
+  session.written_so_far = fmt::format("{} of {} pictures are in '{}'; the same command goes on",
+                                       all - missing, all, plan.folder.string());
+}
+
 /// Pictures that are to be drawn, handed out one by one to threads.
 class FilmDrawing {
  public:
@@ -283,6 +321,8 @@ class FilmDrawing {
  private:
   void draw(PictureSeries& series, std::size_t i) {
     const auto start = std::chrono::steady_clock::now();
+    // Another command may have begun at the same time.
+    if (plan_.is_shared) expect_same_film(plan_.state(), key_);
     // Of several pictures at once, each tells of all that are done.
     const auto made =
         series.picture(i, plan_.base, false, part_monitor(session_, done_, missing_.size()));
@@ -293,9 +333,7 @@ class FilmDrawing {
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     kept_.add(i + 1, taken.count(), made, session_);
     const std::lock_guard lock(telling_);
-    session_.written_so_far = fmt::format("{} of {} pictures are in '{}'; the same command goes on",
-                                          plan_.last - plan_.first - missing_.size() + ++done_,
-                                          plan_.last - plan_.first, plan_.folder.string());
+    tell_drawn(plan_, missing_.size() - ++done_, session_);
   }
 
   const FilmPlan& plan_;
@@ -329,44 +367,84 @@ void draw_with_threads(FilmDrawing& drawing, std::vector<std::unique_ptr<Picture
   }
 }
 
-/// Draws the pictures that are not there yet. @return how many it drew.
-std::size_t draw_pictures(const FilmPlan& plan, int jobs, const Scene& scene, const Device& device,
-                          Session& session, KeptCounter& kept) {
+/// How the pictures at both ends of a dive differ: the mean over pixels and colours, of 255.
+double measured_seam(const FilmPlan& plan, PictureSeries& series, Session& session) {
+  const ProgressMonitor monitor = session.monitor();
+  const Image first = series.picture(0, plan.base, false, monitor).image;
+  const Image last = series.picture(plan.pictures, plan.base, false, monitor).image;
+  const double sum =
+      std::transform_reduce(first.pixels.begin(), first.pixels.end(), last.pixels.begin(), 0.0,
+                            std::plus{}, [](int one, int other) { return std::abs(one - other); });
+  return sum / static_cast<double>(first.pixels.size());
+}
+
+void warn_of_seam(double seam, Session& session) {
+  constexpr double kSeen = 2;  // of 255
+  if (seam < kSeen) return;
+  session.console.warn(fmt::format(
+      "the first and the last picture differ by {:.2f} of 255, and the dive will show a seam. "
+      "Leave out the ground; end all keys as they begin; come nearer with a smaller 'distance', or "
+      "look up from below, so that nothing is seen behind the copies",
+      seam));
+}
+
+struct Drawn {
+  std::size_t count = 0;
+  std::optional<double> seam;
+};
+
+/// Draws the pictures that are not there yet.
+Drawn draw_pictures(const FilmPlan& plan, int jobs, const Scene& scene, const Device& device,
+                    Session& session, KeptCounter& kept) {
   const FilmScript& script = plan.script;
   Job job = picture_job(script);
   job.device = device_json(device.info());
   const std::string key = key_of(plan, job);
-  const std::filesystem::path state = plan.folder / "film.json";
+  const std::filesystem::path state = plan.state();
+  if (plan.is_shared) expect_same_film(state, key);
   std::vector<std::size_t> missing;
   for (std::size_t i = plan.first; i < plan.last; ++i) {
     const std::filesystem::path file = plan.folder / film::frame_name(i + 1);
     if (!is_drawn(file, film_note(key, i + 1), session.stop())) missing.push_back(i);
   }
-  if (plan.last - plan.first == plan.views.size()) warn_of_longer_film(plan, session);
-  if (missing.empty()) return 0;
+  tell_drawn(plan, missing.size(), session);
+  const bool draws_all = plan.last - plan.first == plan.pictures;
+  if (draws_all) warn_of_longer_film(plan, session);
+  std::optional<FilmState> found = kept_state(state, key, plan.views);
+  const bool needs_seam = draws_all && plan.script.dive && !(found && found->seam);
+  if (missing.empty() && !needs_seam) return {0, found ? found->seam : std::nullopt};
   std::vector<std::unique_ptr<PictureSeries>> series;
   const auto add_series = [&](const Device& own) {
     series.push_back(
         std::make_unique<PictureSeries>(own, scene, script.input, plan.views, job, session));
+    series.back()->open_shutter([&](std::size_t number, const Camera& drawn) {
+      return script.moving(plan.base, number, drawn);
+    });
   };
   add_series(device);
-  auto frame = kept_frame(state, key, plan.views);
-  if (frame) {
-    series.front()->use(*frame);
+  const bool is_new = !found;
+  if (found) {
+    series.front()->use(found->frame);
   } else {
-    frame = series.front()->frame_with_exposure();
-    nlohmann::json found = state_json(*frame);
-    found["key"] = key;
-    base::write_file(state, found.dump() + "\n");
+    found.emplace(FilmState{series.front()->frame_with_exposure(), {}});
+  }
+  if (needs_seam) {
+    found->seam = measured_seam(plan, *series.front(), session);
+    warn_of_seam(*found->seam, session);
+  }
+  if (is_new || needs_seam) {
+    nlohmann::json json = state_json(*found);
+    json["key"] = key;
+    base::write_file(state, json.dump() + "\n");
   }
   while (series.size() < std::min(static_cast<std::size_t>(jobs), missing.size())) {
     add_series(device.sibling());
-    series.back()->use(*frame);
+    series.back()->use(found->frame);
   }
   const std::size_t count = missing.size();
   FilmDrawing drawing(plan, key, std::move(missing), session, kept);
   draw_with_threads(drawing, series);
-  return count;
+  return {count, found->seam};
 }
 
 /// Puts the file's bytes to where a user wants them: through links, and into pipes.
@@ -382,9 +460,13 @@ void deliver(const std::filesystem::path& from, const std::filesystem::path& to)
 void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& session) {
   const std::filesystem::path output = arguments.output;
   const auto unfinished = plan.folder / ("film.unfinished" + base::extension_of(output));
-  film::Encoding encoding{plan.folder,          unfinished,
-                          plan.script.rate,     plan.views.size(),
-                          is_transparent(plan), one_line(made_with(session.job()))};
+  film::Encoding encoding{plan.folder,
+                          unfinished,
+                          plan.script.rate,
+                          plan.pictures,
+                          plan.script.copies,
+                          is_transparent(plan),
+                          one_line(made_with(session.job()))};
   session.monitor().report({"encoding", 0, -1, ""});
   ChildOutput said;
   std::error_code ignored;
@@ -401,6 +483,14 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
   }
   std::filesystem::remove(unfinished, ignored);
   if (said.exit_code == 0) return;
+  while (said.err.ends_with('\n')) said.err.pop_back();
+  constexpr int kSignalled = 128;
+  if (said.exit_code > kSignalled) {
+    said.err += fmt::format("{}signal {} ended it", said.err.empty() ? "" : "; ",
+                            said.exit_code - kSignalled);
+  } else if (said.err.empty()) {
+    said.err = fmt::format("FFmpeg ended with code {} and said nothing", said.exit_code);
+  }
   encoding.output = output;
   encoding.note.clear();
   throw OutputError(
@@ -412,11 +502,11 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
 /// Removes the film's own files, and the folder where nothing else is in it.
 void remove_pictures(const FilmPlan& plan) {
   std::error_code ignored;
-  for (std::size_t i = 1; i <= plan.views.size(); ++i) {
+  for (std::size_t i = 1; i <= plan.pictures; ++i) {
     std::filesystem::remove(plan.folder / film::frame_name(i), ignored);
   }
-  for (const char* name : {"film.json", ".lock"}) {
-    std::filesystem::remove(plan.folder / name, ignored);
+  for (const auto& file : {plan.state(), plan.folder / ".lock"}) {
+    std::filesystem::remove(file, ignored);
   }
   std::filesystem::remove(plan.folder, ignored);
 }
@@ -424,28 +514,37 @@ void remove_pictures(const FilmPlan& plan) {
 int run_film(const FilmArguments& arguments, const FilmPlan& plan, Session& session) {
   const Scene scene = read_scene(plan.script.input, session);
   const Device device = session.open_device(arguments.device);
+  const bool makes_film = !plan.is_folder && !plan.is_shared;
+  if (makes_film && !film::has_encoder()) {
+    session.console.warn("FFmpeg is not installed, so that the pictures will be drawn and no film");
+  }
   base::make_folder(plan.folder);
   // Machines that draw parts of one film share its folder.
-  const batch::FolderLock lock(plan.folder, arguments.frames ? batch::FolderLock::Kind::shared
-                                                             : batch::FolderLock::Kind::own);
+  const batch::FolderLock lock(
+      plan.folder, plan.is_shared ? batch::FolderLock::Kind::shared : batch::FolderLock::Kind::own);
   base::remove_all_leftovers(plan.folder);
   KeptCounter kept;
-  const std::size_t drawn = draw_pictures(plan, arguments.jobs, scene, device, session, kept);
+  const Drawn drawn = draw_pictures(plan, arguments.jobs, scene, device, session, kept);
   session.report_kernels(device);
-  const bool makes_film = !plan.is_folder && !arguments.frames;
   if (makes_film) {
     encode(arguments, plan, session);
     if (!arguments.keeps_frames) remove_pictures(plan);
   }
   const std::string made = makes_film ? fmt::format("film: {}", arguments.output)
                                       : fmt::format("pictures: {}", plan.folder.string());
-  const std::string how = drawn > 0 ? fmt::format("{}\n", kept.text()) : "";
+  std::string how = drawn.count > 0 ? fmt::format("{}\n", kept.text()) : "";
+  if (drawn.seam) {
+    how += fmt::format(
+        "loop: {:.4g} times as large; its first and last picture differ by {:.2f} of 255\n",
+        plan.script.dive->scale(), *drawn.seam);
+  }
   session.console.summary(
       fmt::format("{} pictures, of which {} were drawn now, {:.1f} s\n{}{}", plan.last - plan.first,
-                  drawn, session.seconds(), how, made),
+                  drawn.count, session.seconds(), how, made),
       {{"film", makes_film ? nlohmann::json(arguments.output) : nlohmann::json()},
        {"pictures", plan.last - plan.first},
-       {"drawn", drawn},
+       {"drawn", drawn.count},
+       {"seam", drawn.seam ? nlohmann::json(*drawn.seam) : nlohmann::json()},
        {"kept", kept.json()},
        {"folder", plan.folder.string()},
        {"seconds", session.seconds()}});

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -15,6 +16,7 @@
 #include "commands/commands.hpp"
 #include "describe/files.hpp"
 #include "describe/moving_settings.hpp"
+#include "describe/provenance.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/map_file.hpp"
 #include "qjulia/mesh/mesh.hpp"
@@ -24,6 +26,10 @@ namespace {
 
 constexpr std::uint64_t kLargestScript = std::uint64_t{16} << 20;
 constexpr std::size_t kMostPictures = 100'000;
+constexpr int kMostCopies = 1000;
+/// What a dive moves, and what would move its portal.
+constexpr std::array kMovedByDive{"look-at", "distance",  "azimuth", "frame",
+                                  "rotate",  "translate", "scale"};
 
 std::size_t line_of_node(const toml::node& node) { return node.source().begin.line; }
 
@@ -58,11 +64,20 @@ struct Row {
   std::vector<std::string> cells;
 };
 
+/// Without the blanks at both ends.
+std::string trimmed(const std::string& text) {
+  constexpr const char* kBlank = " \t";
+  const std::size_t begin = text.find_first_not_of(kBlank);
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(kBlank) + 1 - begin);
+}
+
 /// The rows of a table of comma-separated values (RFC 4180), or with semicolons or tabs in place of
-/// commas: cells may stand in quotes, with a quote doubled and any separator inside.
+/// commas: cells may stand in quotes, with a quote doubled and any separator inside. Rows without
+/// anything are left out, and so are empty cells at the ends of rows.
 std::vector<Row> rows_of(std::string_view text) {
-  const std::size_t begin = std::min(text.find_first_not_of("\r\n"), text.size());
-  const std::string_view head = text.substr(begin, text.find('\n', begin) - begin);
+  const std::size_t first = std::min(text.find_first_not_of(" \t,;\r\n"), text.size());
+  const std::string_view head = text.substr(first, text.find('\n', first) - first);
   const char between = head.find('\t') != std::string_view::npos  ? '\t'
                        : head.find(';') != std::string_view::npos ? ';'
                                                                   : ',';
@@ -76,7 +91,7 @@ std::vector<Row> rows_of(std::string_view text) {
     std::string& cell = rows.back().cells.back();
     if (c == '"' && is_quoted && text.substr(i + 1, 1) == "\"") {
       cell += text[++i];
-    } else if (c == '"' && (is_quoted || cell.empty())) {
+    } else if (c == '"' && (is_quoted || trimmed(cell).empty())) {
       is_quoted = !is_quoted;
     } else if (c == between && !is_quoted) {
       rows.back().cells.emplace_back();
@@ -88,9 +103,11 @@ std::vector<Row> rows_of(std::string_view text) {
     if (c == '\n') ++line;
   }
   if (is_quoted) throw InputError(fmt::format("{}: a quote has no end", rows.back().line));
-  std::erase_if(rows, [](const Row& row) {
-    return std::ranges::all_of(row.cells, [](const std::string& cell) { return cell.empty(); });
-  });
+  for (Row& row : rows) {
+    std::ranges::transform(row.cells, row.cells.begin(), trimmed);
+    while (!row.cells.empty() && row.cells.back().empty()) row.cells.pop_back();
+  }
+  std::erase_if(rows, [](const Row& row) { return row.cells.empty(); });
   return rows;
 }
 
@@ -122,24 +139,27 @@ class ScriptReader {
     const toml::table root = base::parse_toml(text_of_file(file_, "script"), file_.string());
     for (auto&& [key, node] : root) {
       const std::string name(key.str());
-      const bool is_known = (name == "film" || name == "options" || name == "loop")
-                                ? node.is_table()
-                                : name == "key" && node.is_array_of_tables();
+      const bool is_known =
+          (name == "film" || name == "options" || name == "loop" || name == "dive")
+              ? node.is_table()
+              : name == "key" && node.is_array_of_tables();
       if (is_known) continue;
       attempt([&, &where = node] {
-        fail(where, fmt::format("'{}' is not known here; a script has [film], [options], [loop] "
-                                "and any number of [[key]]",
+        fail(where, fmt::format("'{}' is not known here; a script has [film], [options], [loop], "
+                                "[dive] and any number of [[key]]",
                                 name));
       });
     }
     attempt([&] { read_film(root); });
-    if (const auto* options = root["options"].as_table(); options && !script_.input.empty()) {
+    if (!script_.keys.empty()) attempt([&] { read_key_file(script_.keys); });
+    if (const auto* options = root["options"].as_table()) {
       attempt([&] { read_options(*options); });
     }
     if (const auto* list = root["key"].as_array()) {
       for (const toml::node& each : *list) attempt([&] { read_key(*each.as_table()); });
     }
-    if (problems_.empty()) make_tracks(root["loop"].as_table());
+    make_tracks(root["loop"].as_table());
+    if (const auto* dive = root["dive"].as_table()) attempt([&] { read_dive(*dive); });
     if (problems_.empty() && is_geodesic_) attempt([&] { script_.width = size_of(script_.input); });
     if (problems_.empty()) return std::move(script_);
     throw InputError(fmt::format("{}", fmt::join(problems_, "\n")));
@@ -212,8 +232,6 @@ class ScriptReader {
                               "lower rate",
                               kMostPictures));
     }
-    if (script_.keys.empty()) return;
-    attempt([&] { read_key_file(script_.keys); });
   }
 
   /// An entry of [film].
@@ -224,6 +242,12 @@ class ScriptReader {
       script_.seconds = number_above_0(node, name);
     } else if (name == "rate") {
       script_.rate = number_above_0(node, name);
+    } else if (name == "shutter") {
+      const auto share = node.value<double>();
+      if (!share || !(*share >= 0 && *share <= 1)) {
+        fail(node, "shutter: give a share of a picture's time, 0 to 1");
+      }
+      script_.shutter = *share;
     } else if (name == "step") {
       step_ = at(node, name, [&] { return film::step_named(text(node, name)); });
     } else if (name == "loop") {
@@ -231,9 +255,10 @@ class ScriptReader {
     } else if (name == "keys") {
       script_.keys = (file_.parent_path() / text(node, name)).string();
     } else {
-      fail(node, fmt::format("'{}' is not known in [film]; it has map, seconds, rate, step, loop "
-                             "and keys",
-                             name));
+      fail(node,
+           fmt::format("'{}' is not known in [film]; it has map, seconds, rate, shutter, step, "
+                       "loop and keys",
+                       name));
     }
   }
 
@@ -247,6 +272,57 @@ class ScriptReader {
     });
   }
 
+  int whole_number(const toml::node& node, const std::string& name, int most) const {
+    const auto value = node.value_exact<std::int64_t>();
+    if (!value || *value < 1 || *value > most) {
+      fail(node, fmt::format("{}: give a whole number, 1 to {}", name, most));
+    }
+    return static_cast<int>(*value);
+  }
+
+  /// Once all else is known.
+  void read_dive(const toml::table& table) {
+    int portal = 1;
+    for (auto&& [key, node] : table) {
+      attempt([&, &word = node, name = std::string(key.str())] {
+        if (name == "portal") {
+          portal = whole_number(word, name, kMostPortals);
+        } else if (name == "copies") {
+          script_.copies = whole_number(word, name, kMostCopies);
+        } else {
+          fail(word, fmt::format("'{}' is not known in [dive]; it has portal and copies", name));
+        }
+      });
+    }
+    for (const char* const name : kMovedByDive) {
+      if (const auto found = script_.tracks.find(name); found != script_.tracks.end()) {
+        attempt([&] {
+          throw InputError(fmt::format("{}: {}: a [dive] leaves no room for keys of it",
+                                       found->second.place(0), name));
+        });
+      }
+    }
+    if (!problems_.empty()) return;
+    at(table, fmt::format("[dive]: portal {}", portal), [&] {
+      expect_map("it", script_.input);
+      const Map map = read_map(script_.input);
+      const View base = script_.base();
+      const MapKnobs& knobs = base.map_options.knobs;
+      if (knobs.rotate || knobs.translate || knobs.scale) {
+        throw InputError(
+            "it would be moved by the options rotate, translate and scale; leave them "
+            "out, and turn the map with 'qjulia convert' first");
+      }
+      script_.dive.emplace(map, static_cast<std::size_t>(portal),
+                           base.picture.camera.up.value_or(map.frame.up.value_or(kDefaultUp)));
+    });
+    if (static_cast<double>(script_.pictures()) * script_.copies >
+        static_cast<double>(kMostPictures)) {
+      fail(table, fmt::format("the film would have more than {} pictures; give fewer copies",
+                              kMostPictures));
+    }
+  }
+
   const MovingSetting& setting_of(const std::string& name) const {
     const auto found = moving_settings().find(base::dashed(name));
     if (found != moving_settings().end()) return found->second;
@@ -256,9 +332,10 @@ class ScriptReader {
         fmt::format("there is no such setting to move; it can be {}", fmt::join(names, ", ")));
   }
 
-  /// @param place where the value stands
-  void add_key(const std::string& name, double time, std::vector<double> value, film::Step step,
-               std::string place) {
+  /// @param time none where it cannot be read: the value is then checked alone. @param place where
+  /// the value stands
+  void add_key(const std::string& name, std::optional<double> time, std::vector<double> value,
+               film::Step step, std::string place) {
     const MovingSetting& setting = setting_of(name);
     if (value.size() != setting.numbers) {
       throw InputError(fmt::format("give {}", setting.numbers == 1
@@ -266,23 +343,27 @@ class ScriptReader {
                                                   : fmt::format("{} numbers", setting.numbers)));
     }
     film::expect_value(value, setting.interpolation);
+    if (!time) return;
     is_geodesic_ = is_geodesic_ || step == film::Step::geodesic;
     keys_[base::dashed(name)].push_back(
-        {stretch_ * time, std::move(value), step, std::move(place)});
+        {stretch_ * *time, std::move(value), step, std::move(place)});
   }
 
   void read_key(const toml::table& table) {
     const auto time = table["at"].value<double>();
-    if (!time || !std::isfinite(*time)) fail(table, "this [[key]] has no 'at', in seconds");
     film::Step step = step_;
+    attempt([&] {
+      if (!time || !std::isfinite(*time)) fail(table, "this [[key]] has no 'at', in seconds");
+    });
     if (const toml::node* const word = table.get("step")) {
-      step = at(*word, "step", [&] { return film::step_named(text(*word, "step")); });
+      attempt(
+          [&] { step = at(*word, "step", [&] { return film::step_named(text(*word, "step")); }); });
     }
     for (auto&& [key, node] : table) {
       const std::string name(key.str());
       if (name == "at" || name == "step") continue;
       attempt([&, &value = node] {
-        at(value, name, [&] { add_key(name, *time, numbers_of(value), step, place_of(value)); });
+        at(value, name, [&] { add_key(name, time, numbers_of(value), step, place_of(value)); });
       });
     }
   }
@@ -300,44 +381,71 @@ class ScriptReader {
       throw InputError(fmt::format("{}:{}: the first column is to be 'at', in seconds", path,
                                    rows.empty() ? 1 : rows.front().line));
     }
+    const Row& head = rows.front();
+    const std::string place = fmt::format("{}:{}", path, head.line);
+    std::vector<bool> is_known(head.cells.size());
+    for (std::size_t i = 1; i < head.cells.size(); ++i) {
+      const std::string& name = head.cells[i];
+      attempt([&] {
+        named(place, name.empty() ? fmt::format("column {}", i + 1) : name, [&] {
+          if (name.empty()) throw InputError("it has no name");
+          setting_of(name);
+          if (std::find(head.cells.begin(), head.cells.begin() + static_cast<std::ptrdiff_t>(i),
+                        name) != head.cells.begin() + static_cast<std::ptrdiff_t>(i)) {
+            throw InputError("it has two columns");
+          }
+        });
+        is_known[i] = true;
+      });
+    }
     for (std::size_t i = 1; i < rows.size(); ++i) {
-      attempt(
-          [&] { read_row(rows.front().cells, rows[i], fmt::format("{}:{}", path, rows[i].line)); });
+      read_row(head.cells, is_known, rows[i], fmt::format("{}:{}", path, rows[i].line));
     }
   }
 
-  void read_row(const std::vector<std::string>& names, const Row& row, const std::string& place) {
-    if (row.cells.size() > names.size()) {
+  /// Makes the call, and puts a place and a name before its error.
+  template <class Call>
+  static void named(const std::string& place, const std::string& name, const Call& call) {
+    try {
+      call();
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}: {}", place, name, error.what()));
+    }
+  }
+
+  void read_row(const std::vector<std::string>& names, const std::vector<bool>& is_known,
+                const Row& row, const std::string& place) {
+    attempt([&] {
+      if (row.cells.size() <= names.size()) return;
       throw InputError(
           fmt::format("{}: the row has more cells than the first one; numbers have a "
                       "point, not a comma",
                       place));
-    }
-    double time = 0;
-    for (std::size_t i = 0; i < row.cells.size(); ++i) {
-      if (i > 0 && row.cells[i].empty()) continue;
-      try {
-        if (i == 0) {
-          time = number_of_cell(row.cells[0]);
-          continue;
-        }
-        std::vector<double> value;
-        for (const std::string& word : base::split(row.cells[i], ' ')) {
-          value.push_back(number_of_cell(word));
-        }
-        add_key(names[i], time, std::move(value), step_, place);
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}: {}", place, names[i], error.what()));
-      }
+    });
+    std::optional<double> time;
+    attempt([&] { named(place, names[0], [&] { time = number_of_cell(row.cells[0]); }); });
+    for (std::size_t i = 1; i < std::min(row.cells.size(), names.size()); ++i) {
+      if (row.cells[i].empty() || !is_known[i]) continue;
+      attempt([&] {
+        named(place, names[i], [&] {
+          std::vector<double> value;
+          for (const std::string& word : base::split(row.cells[i], ' ')) {
+            if (!word.empty()) value.push_back(number_of_cell(word));
+          }
+          add_key(names[i], time, std::move(value), step_, place);
+        });
+      });
     }
   }
 
   void make_tracks(const toml::table* loops) {
     std::map<std::string, film::Loop> by_name;
+    const bool are_all_read = problems_.empty();  // else a key may be left out because of its error
     if (loops != nullptr) {
       for (auto&& [key, node] : *loops) {
         attempt([&, &word = node, name = base::dashed(std::string(key.str()))] {
-          if (!keys_.contains(name)) fail(word, fmt::format("'{}' has no key to loop", name));
+          if (are_all_read && !keys_.contains(name))
+            fail(word, fmt::format("'{}' has no key to loop", name));
           by_name[name] = at(word, name, [&] { return film::loop_named(text(word, name)); });
         });
       }
@@ -348,7 +456,7 @@ class ScriptReader {
       const std::string place = keys.front().place;
       try {
         const MovingSetting& setting = setting_of(name);
-        if (setting.is_of_map) expect_map("it", script_.input);
+        if (setting.is_of_map && !script_.input.empty()) expect_map("it", script_.input);
         const auto [other, is_new] = names.emplace(setting.of, name);
         if (!is_new && setting.of != "cut") {
           throw InputError(fmt::format("'{}' moves the same; give keys of one", other->second));
@@ -414,7 +522,26 @@ at = 4
 drift = 1.0
 )";
 
-constexpr const char* kDive = R"(# From the whole set into its surface. Zooms go by equal ratios.
+constexpr const char* kDive =
+    R"(# Into a portal of the map, without an end: the last picture is followed by the first.
+#   qjulia portals bunny.qjulia.json -o stack.qjulia.json --count 1 --size 0.2
+[film]
+map = "stack.qjulia.json"   # a map with portals
+seconds = 5                 # until everything looks as before, that many times as large
+
+[dive]
+portal = 1                  # the portal to dive into
+copies = 9                  # the film shows the pictures so often: 5^9 is 2 million times as large
+
+[options]
+size = "960x720"
+iterations = 9              # the shape's, and one more for each copy on a copy
+no_ground = true            # it would be seen behind some copies alone
+azimuth = 30                # the dive finds distance and look_at; give them to change the picture
+elevation = -5
+)";
+
+constexpr const char* kZoom = R"(# From the whole set into its surface. Zooms go by equal ratios.
 [film]
 map = "bunny.qjulia.json"
 seconds = 10
@@ -462,8 +589,11 @@ phase_i = 40
 )";
 
 const std::map<std::string, const char*>& templates() {
-  static const std::map<std::string, const char*> all{
-      {"turntable", kTurntable}, {"dissolve", kDissolve}, {"dive", kDive}, {"breathe", kBreathe}};
+  static const std::map<std::string, const char*> all{{"turntable", kTurntable},
+                                                      {"dissolve", kDissolve},
+                                                      {"dive", kDive},
+                                                      {"zoom", kZoom},
+                                                      {"breathe", kBreathe}};
   return all;
 }
 
@@ -489,50 +619,89 @@ View FilmScript::base() const {
   return checked_view(arguments, input);
 }
 
-std::vector<View> FilmScript::views(const View& base) const {
-  std::vector<View> all;
-  std::map<std::string, std::string> problems;  // the first of each setting
+namespace {
+
+/// The view at that time. @param problems gets those of settings by their names, the first of each.
+View view_at(const FilmScript& script, const View& base, double time,
+             std::map<std::string, std::string>& problems) {
+  const auto& tracks = script.tracks;
   const auto zoom = tracks.find("zoom"), look_at = tracks.find("look-at");
-  const auto gaze_at = [&](double time) -> std::optional<film::Gaze> {
-    if (width == 0 || zoom == tracks.end() || look_at == tracks.end()) return std::nullopt;
-    return film::Track::gaze(time, look_at->second, zoom->second, width);
-  };
-  const auto value_at = [&](const std::string& name, double time,
-                            const std::optional<film::Gaze>& gaze) {
+  std::optional<film::Gaze> gaze;
+  if (script.width > 0 && zoom != tracks.end() && look_at != tracks.end()) {
+    gaze = film::Track::gaze(time, look_at->second, zoom->second, script.width);
+  }
+  const auto value_of = [&](const std::string& name, const film::Track& track) {
     if (gaze && name == "zoom") return std::vector{gaze->zoom};
     if (gaze && name == "look-at") return gaze->look_at;
-    const film::Track& track = tracks.at(name);
     const bool zooms = name == "look-at" && zoom != tracks.end();
     return zooms ? track.at(time, zoom->second) : track.at(time);
   };
-  for (std::size_t i = 0; i < pictures(); ++i) {
-    const double time = static_cast<double>(i) / rate;
-    View& view = all.emplace_back(base);
-    const std::optional<film::Gaze> gaze = gaze_at(time);
-    for (const auto& [name, track] : tracks) {
-      const View before = view;
-      try {
-        moving_settings().at(name).set(value_at(name, time, gaze), view);
-        view.map_options.knobs.validate();
-        view.picture.validate();
-      } catch (const InputError& error) {
-        problems.emplace(name, fmt::format("{}: {} at {:.4g} seconds: {}", track.place(time), name,
-                                           time, error.what()));
-        view = before;
-      }
+  View view = base;
+  for (const auto& [name, track] : tracks) {
+    const View before = view;
+    try {
+      moving_settings().at(name).set(value_of(name, track), view);
+      view.map_options.knobs.validate();
+      view.picture.validate();
+    } catch (const InputError& error) {
+      problems.emplace(name, fmt::format("{}: {} at {:.4g} seconds: {}", track.place(time), name,
+                                         time, error.what()));
+      view = before;
     }
   }
-  // Lamps stand where they are in the first picture, unless they are keyed.
+  if (script.dive) {
+    PictureOptions& picture = view.picture;
+    const double aspect = static_cast<double>(picture.width) / picture.height;
+    picture.camera =
+        script.dive->moved(script.dive->placed(picture.camera, aspect), time / script.seconds);
+  }
+  return view;
+}
+
+}  // namespace
+
+std::vector<View> FilmScript::views(const View& base) const {
+  std::vector<View> all;
+  std::map<std::string, std::string> problems;
+  const std::size_t count = pictures() + (dive ? 1 : 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    all.push_back(view_at(*this, base, middle_of(i), problems));
+  }
+  // Lamps stand where they are in the first picture, unless they are keyed. In a dive they go with
+  // the camera.
   const double turn = all.front().picture.camera.azimuth;
   for (View& view : all) {
     std::optional<double>& own = view.picture.light.lamp_turn;
-    own = own.value_or(turn);
+    own = own.value_or(turn) + (dive ? view.picture.camera.azimuth - turn : 0);
   }
   if (problems.empty()) return all;
   std::vector<std::string> told;
   told.reserve(problems.size());
   for (const auto& [name, problem] : problems) told.push_back(problem);
   throw InputError(fmt::format("{}", fmt::join(told, "\n")));
+}
+
+std::vector<Camera> FilmScript::moving(const View& base, std::size_t picture,
+                                       const Camera& drawn) const {
+  constexpr int kMoments = 64;
+  if (shutter == 0) return {};
+  std::vector<Camera> cameras;
+  nlohmann::json first;
+  bool moves = false;
+  std::map<std::string, std::string> problems;  // `views` has told them
+  for (int i = 0; i < kMoments; ++i) {
+    const double way = (i + 0.5) / kMoments - 0.5;
+    const View view = view_at(*this, base, middle_of(picture) + way * shutter / rate, problems);
+    Camera& camera = cameras.emplace_back(view.picture.camera);
+    if (!camera.look_at) camera.look_at = drawn.look_at;
+    if (!camera.distance) camera.distance = drawn.distance;
+    PictureOptions from_there;
+    from_there.camera = camera;
+    const nlohmann::json seen = to_json(from_there);
+    moves = moves || (i > 0 && seen != first);
+    if (i == 0) first = seen;
+  }
+  return moves ? cameras : std::vector<Camera>{};
 }
 
 FilmScript read_film_script(const std::filesystem::path& file, double seconds) {

@@ -4,10 +4,12 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "describe/view_options.hpp"
+#include "film/dive.hpp"
 #include "film/track.hpp"
 
 namespace qjulia::tools {
@@ -20,15 +22,25 @@ struct FilmScript {
   double rate = 25;                                   ///< pictures a second
   nlohmann::json options = nlohmann::json::object();  ///< of `render`, for the whole film
   std::map<std::string, film::Track> tracks;          ///< by the names of moving settings
+  std::optional<film::Dive> dive;                     ///< moves the camera, once in the film
+  double shutter =
+      0;           ///< share of a picture's time in which the camera is seen moving; 0: it is not
+  int copies = 1;  ///< how often a film shows its pictures: so many copies deep it dives
 
   std::size_t pictures() const;
+  /// Seconds: where picture number i is in its middle, and how long its shutter is open.
+  double middle_of(std::size_t i) const { return (static_cast<double>(i) + 0.5 * shutter) / rate; }
   /// The files that the script names, by what a job calls them.
   std::map<std::string, std::filesystem::path> files() const;
   /// What holds for all pictures. @throws InputError naming the option
   View base() const;
-  /// The view of each picture. @throws InputError naming each setting that goes wrong, the key that
-  /// it goes on from, and when
+  /// The view of each picture; and of a dive the view at its end, which looks like the first.
+  /// @throws InputError naming each setting that goes wrong, the key that it goes on from, and when
   std::vector<View> views(const View& base) const;
+  /// The camera of a picture while the shutter is open, as `Studio::picture` takes it; empty where
+  /// it does not move. `views` has the middle of that time.
+  /// @param drawn the camera's place in the middle, where the script does not say it.
+  std::vector<Camera> moving(const View& base, std::size_t picture, const Camera& drawn) const;
 };
 
 /// Reads a script (docs/guide/films.md). Files are looked for in its folder.

@@ -64,11 +64,11 @@ int run_sheet(const SheetArguments& arguments, const SheetPlan& plan, Session& s
   const int columns = sheet_columns(static_cast<int>(count));
   write_picture(contact_sheet(images, columns), arguments.output.path, made_with(session.job()));
   session.report_kernels(device);
-  session.console.summary(fmt::format("{} of {} pictures, {:.1f} s\nsheet: {}", count, all.size(),
-                                      session.seconds(), arguments.output.path),
+  session.console.summary(fmt::format("{} of {} pictures, {:.1f} s\nsheet: {}", count,
+                                      script.pictures(), session.seconds(), arguments.output.path),
                           {{"sheet", arguments.output.path},
                            {"pictures", count},
-                           {"film_pictures", all.size()},
+                           {"film_pictures", script.pictures()},
                            {"seconds", session.seconds()}});
   return kDone;
 }

@@ -1,10 +1,13 @@
 #include "film/encoder.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "base/file_types.hpp"
+#include "base/text.hpp"
 #include "qjulia/base/error.hpp"
 
 namespace qjulia::film {
@@ -81,6 +84,15 @@ void expect_size(const std::filesystem::path& output, int width, int height, boo
   }
 }
 
+bool has_encoder() {
+  const char* const path = std::getenv("PATH");
+  if (path == nullptr) return false;
+  const std::vector<std::string> folders = base::split(path, ':');
+  return std::ranges::any_of(folders, [](const std::string& folder) {
+    return ::access((std::filesystem::path(folder) / "ffmpeg").c_str(), X_OK) == 0;
+  });
+}
+
 std::string frame_name(std::size_t number) { return fmt::format("frame_{:04}.png", number); }
 
 bool is_frame_name(std::string_view name) {
@@ -100,12 +112,16 @@ std::vector<std::string> encoder_words(const Encoding& encoding) {
               "-framerate",
               fmt::format("{}", encoding.rate),
               "-start_number",
-              "1",
-              "-i",
-              "file:" + pattern_of(encoding.frames)};
+              "1"};
+  if (encoding.times > 1) {
+    words.insert(words.end(), {"-stream_loop", fmt::format("{}", encoding.times - 1)});
+  }
+  words.insert(words.end(), {"-i", "file:" + pattern_of(encoding.frames)});
   const Words own = words_of_type(base::extension_of(encoding.output), encoding.is_transparent);
   words.insert(words.end(), own.begin(), own.end());
-  words.insert(words.end(), {"-frames:v", fmt::format("{}", encoding.pictures)});
+  words.insert(words.end(),
+               {"-frames:v",
+                fmt::format("{}", encoding.pictures * static_cast<std::size_t>(encoding.times))});
   if (!encoding.note.empty()) {
     words.insert(words.end(), {"-metadata", "comment=" + encoding.note});
   }

@@ -182,11 +182,18 @@ class Studio {
   /// Pictures have this size from now on, and light as fine as before.
   void resize(int width, int height);
 
-  /// Later pictures have the light, exposure, tone, matter, palette, background and ground of these
-  /// options. What is known of the set is kept.
+  /// Later pictures have those settings of these options that need nothing new of the set
+  /// (`PictureSetting::remade`): light, exposure, tone, matter, palette and its range, background
+  /// and ground.
   void set_light(const PictureOptions& options);
 
   Image picture(const Camera& camera, const ProgressMonitor& monitor = {});
+  /// A picture with the shutter open while the camera moves: rays of a pixel are drawn at different
+  /// times, and their light is added before exposure and tone curve.
+  /// @param camera in the middle of that time. @param moving the same camera in the middle of equal
+  /// parts of that time, with a point to look at and a distance; empty: it stands still.
+  Image picture(const Camera& camera, std::span<const Camera> moving,
+                const ProgressMonitor& monitor = {});
   /// The same picture, with what its pixels show.
   LayeredImage layered_picture(const Camera& camera, const ProgressMonitor& monitor = {});
 

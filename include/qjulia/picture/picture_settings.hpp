@@ -10,11 +10,20 @@
 
 namespace qjulia {
 
+/// What a `Studio` makes again where a setting changes.
+enum class Remade {
+  set,      ///< all: grids, lattices and tables of the set
+  sky,      ///< the light of the sky, and the ground
+  nothing,  ///< pictures take the new value
+};
+
 struct PictureSetting : SettingOf<PictureOptions> {
   /// Whether it moves the camera and nothing else, so that a `Studio` stays as it is.
   bool is_of_camera = false;
   /// Whether it says what the set looks like, and may stand in a look.
   bool is_of_look = false;
+  /// Of settings that are not the camera's.
+  Remade remade = Remade::set;
 };
 
 std::span<const PictureSetting> picture_settings();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <span>
 #include <utility>
 
@@ -18,16 +17,10 @@ namespace {
 
 bool has_range(const PictureOptions& options) { return options.material != Material::clay; }
 
-/// Settings that the set's grids and tables do not depend on, and among them those that the sky's
-/// light does not depend on.
-bool is_of_light(const std::string& name) {
+/// What a studio makes again where this member of a view changes.
+Remade remade_for(const std::string& name) {
   const auto found = std::ranges::find(picture_settings(), name, &PictureSetting::name);
-  return found != picture_settings().end() && found->is_of_look && name != "material";
-}
-bool is_of_sky(const std::string& name) {
-  static const std::set<std::string, std::less<>> all{
-      "light", "fill", "fill_color", "environment", "environment_turn", "ground"};
-  return all.contains(name);
+  return found == picture_settings().end() ? Remade::set : found->remade;
 }
 
 /// All of a view but where the camera is.
@@ -117,7 +110,7 @@ bool PictureSeries::shows_one_set() const {
   const auto of_set = [](const View& view) {
     nlohmann::json all = without_camera(view);
     for (const PictureSetting& setting : picture_settings()) {
-      if (is_of_light(setting.name)) all.erase(setting.name);
+      if (setting.remade != Remade::set) all.erase(setting.name);
     }
     return all;
   };
@@ -132,9 +125,10 @@ Kept PictureSeries::kept_for(const nlohmann::json& wanted,
   for (const auto& [name, value] : wanted.items()) {
     if (of_studio_.at(name) == value) continue;
     changed.push_back(name);
-    const Kept serves = !is_of_light(name) ? Kept::nothing
-                        : is_of_sky(name)  ? Kept::set
-                                           : Kept::all;
+    const Remade remade = remade_for(name);
+    const Kept serves = remade == Remade::set   ? Kept::nothing
+                        : remade == Remade::sky ? Kept::set
+                                                : Kept::all;
     kept = std::min(kept, serves);
   }
   return kept;
@@ -239,7 +233,9 @@ PictureSeries::Picture PictureSeries::picture(std::size_t number, const View& ba
   is_lit_ = true;
   const bool has_own_exposure = view.picture.exposure.has_value();
   if (!has_own_exposure && frame_->exposure) drawn.set_exposure(*frame_->exposure);
-  Picture made{.image = drawn.picture(view.picture.camera, monitor),
+  const std::vector<Camera> moving =
+      moving_ ? moving_(number, view.picture.camera) : std::vector<Camera>{};
+  Picture made{.image = drawn.picture(view.picture.camera, moving, monitor),
                .view = view,
                .map = {},
                .job = {},

@@ -1,8 +1,10 @@
 #pragma once
 /// Pictures that belong together: of one map or mesh, from several views.
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "describe/view_options.hpp"
@@ -75,6 +77,12 @@ class PictureSeries {
   /// Takes it over from an earlier run.
   void use(SeriesFrame frame) { frame_ = std::move(frame); }
 
+  /// The camera of a picture while the shutter is open, as `Studio::picture` takes it.
+  /// @param drawn the picture's camera, with its place.
+  using Moving = std::function<std::vector<Camera>(std::size_t number, const Camera& drawn)>;
+  /// Pictures show their cameras moving. Without this call all stand still.
+  void open_shutter(Moving moving) { moving_ = std::move(moving); }
+
   struct Picture {
     Image image;
     View view;        ///< that it was drawn with
@@ -103,6 +111,7 @@ class PictureSeries {
   Job job_;
   Session& session_;
   std::optional<SeriesFrame> frame_;
+  Moving moving_{};
   Scene shown_;
   std::optional<Studio> studio_;
   bool is_lit_ = false;       ///< the studio has drawn a picture
