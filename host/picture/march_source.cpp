@@ -25,6 +25,7 @@
 #include "picture/depth_source.hpp"
 #include "picture/orbit_traits.hpp"
 #include "qjulia/base/error.hpp"
+#include "qjulia/picture/materials.hpp"
 #include "surface/turn_count.hpp"
 
 namespace qjulia::picture {
@@ -170,7 +171,7 @@ class MarchSource : public DepthSource {
 
   std::vector<float> traits(const std::vector<Eigen::Vector3d>& points,
                             std::span<const double> widths) override {
-    if (set_.material == Material::clay || set_.material == Material::height) return {};
+    if (!facts_of(set_.material).is_of_orbits) return {};
     return orbit_traits(map_, points, widths, set_.iterations, set_.material, set_.stop);
   }
 

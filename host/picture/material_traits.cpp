@@ -4,13 +4,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "qjulia/picture/materials.hpp"
+
 namespace qjulia::picture {
 using Eigen::Vector3d;
 
 std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& coloring,
                                    const std::vector<Vector3d>& points,
                                    std::span<const double> widths) {
-  if (coloring.material != Material::height) return orbits(points, widths);
+  if (facts_of(coloring.material).is_of_orbits) return orbits(points, widths);
   std::vector<float> heights;
   heights.reserve(points.size());
   for (const Vector3d& point : points) {

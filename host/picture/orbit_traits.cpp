@@ -5,22 +5,10 @@
 #include "device/point_batch.hpp"
 #include "layout/picture_layout.h"
 #include "qjulia/base/error.hpp"
+#include "qjulia/picture/materials.hpp"
 
 namespace qjulia::picture {
 namespace {
-
-int kind_of(Material material) {
-  switch (material) {
-    case Material::trap:
-      return QJ_TRAIT_TRAP;
-    case Material::groove:
-      return QJ_TRAIT_GROOVE;
-    case Material::factor:
-      return QJ_TRAIT_FACTOR;
-    default:
-      return QJ_TRAIT_ITERATIONS;
-  }
-}
 
 constexpr int kCorners = 4;
 
@@ -45,8 +33,8 @@ std::vector<float> orbit_traits(const map::DeviceMap& map,
                                 const std::vector<Eigen::Vector3d>& points,
                                 std::span<const double> widths, int iterations, Material material,
                                 const std::stop_token& stop) {
-  if (material == Material::factor && map.factors() == 0) {
-    throw OptionError("material", "the map has no factors; give another than factor");
+  if (facts_of(material).needs_factors && map.factors() == 0) {
+    throw OptionError("material", "the map has no factors; give another material");
   }
   constexpr double kIterates = 8;  // that are run at a point, about: two at each corner
   device::PointBatch batch(map.context(), map.kernel("orbit_trait.cl", "orbit_trait"),
@@ -60,7 +48,7 @@ std::vector<float> orbit_traits(const map::DeviceMap& map,
       [&](const device::PointBatch::Part& part) {
         return device::PartCall{
             {part.in, device::narrow(part.stride), device::narrow(part.items), map.buffer(),
-             map.factors(), iterations, kind_of(material), part.out},
+             map.factors(), iterations, facts_of(material).trait, part.out},
             map.work(part.stride, kCorners * iterations * cost::kStep, 17, /*at_most=*/true)};
       },
       [&](std::size_t i, const std::array<double, 1>& trait) {

@@ -10,9 +10,16 @@
 
 #include "qjulia/map/orbit_settings.hpp"
 #include "qjulia/picture/look.hpp"
+#include "qjulia/picture/materials.hpp"
 
 namespace qjulia {
 namespace {
+
+std::vector<std::string> material_words() {
+  std::vector<std::string> words;
+  for (const MaterialFacts& facts : materials()) words.emplace_back(facts.word);
+  return words;
+}
 
 /// What is drawn of the set.
 std::vector<PictureSetting> field_settings() {
@@ -240,13 +247,9 @@ std::vector<PictureSetting> light_settings() {
                        .needs_server = true}}},
         [](PictureOptions& p) -> ValuePlace { return &p.look; }}},
       {{{.name = "material",
-         .words = {"clay", "iterations", "trap", "groove", "height", "factor"},
+         .words = material_words(),
          .example = "groove",
-         .help = "What colours the set: clay; iterations, how long the orbit of a point stays "
-                 "undecided; trap, how close two iterates come to the plane X = 0, seen from the "
-                 "origin; groove, from the bottoms of grooves to the tips of ridges; "
-                 "height, along the up axis; or factor, which factor of the map is nearest, "
-                 "poles in the lower half of the palette and roots in the upper",
+         .help = "What colours the set: clay; " + materials_help(),
          .interpolation = Interpolation::none,
          .group = "Look",
          .controls = {{.name = "material", .label = "material", .help = ""}}},
@@ -521,10 +524,6 @@ std::vector<PictureSetting> made_settings() {
 }
 
 }  // namespace
-
-const char* to_string(Material material) {
-  return picture_setting_named("material").words.at(static_cast<std::size_t>(material)).c_str();
-}
 
 std::span<const PictureSetting> picture_settings() {
   static const std::vector<PictureSetting> all = made_settings();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "qjulia/base/error.hpp"
+#include "qjulia/picture/materials.hpp"
 #include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
@@ -18,22 +19,6 @@ constexpr double kLeastPart = 0.25;
 /// A palette is spread over at least this width of the orbits' numbers, which lie in 0 … 1, so that
 /// it does not show differences of rounding.
 constexpr double kLeastSpread = 1e-3;
-
-/// Whether only the order of the material's numbers has a meaning: they are neither lengths nor
-/// names.
-bool is_of_orbits(Material material) {
-  switch (material) {
-    case Material::iterations:
-    case Material::trap:
-    case Material::groove:
-      return true;
-    case Material::clay:
-    case Material::height:
-    case Material::factor:
-      break;
-  }
-  return false;
-}
 
 /// The nearest values, in the sense of least squares, that rise by at least `gap` each. Equal
 /// values are spread evenly about their common value.
@@ -75,14 +60,14 @@ MaterialRange range_over(std::vector<float> values, Material material) {
     return double{values[static_cast<std::size_t>(std::lround(place))]};
   };
   MaterialRange range{quantile(kTail), quantile(1 - kTail)};
-  const double least = material == Material::height
+  const double least = facts_of(material).is_length
                            ? 1e-6 * std::max({std::abs(range.low), std::abs(range.high), 1e-3})
                            : kLeastSpread;
   if (range.high - range.low < least) {
     const double middle = 0.5 * (range.low + range.high);
     return {middle - 0.5 * least, middle + 0.5 * least};
   }
-  if (!is_of_orbits(material)) return range;
+  if (!facts_of(material).is_rank) return range;
   std::vector<double> ends;
   for (int part = 0; part <= kParts; ++part) {
     ends.push_back(quantile(std::lerp(kTail, 1 - kTail, static_cast<double>(part) / kParts)));

@@ -11,6 +11,7 @@
 #include "picture/shading.hpp"
 #include "picture/specks.hpp"
 #include "qjulia/base/progress.hpp"
+#include "qjulia/picture/materials.hpp"
 #include "qjulia/picture/picture.hpp"
 
 namespace qjulia {
@@ -110,9 +111,7 @@ struct Studio::Impl {
   /// The box whose faces, where they cut the set, have colours of their own; empty for heights and
   /// factors, which continue inside the set.
   std::optional<Box> faces() const {
-    const bool goes_on =
-        options.material == Material::height || options.material == Material::factor;
-    return goes_on ? std::nullopt : part;
+    return facts_of(options.material).goes_on_inside ? std::nullopt : part;
   }
   /// What colours the strip's samples: a position in the palette, or, if below 0, minus the
   /// lightness of clay. Empty where all is plain clay.

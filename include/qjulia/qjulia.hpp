@@ -49,6 +49,7 @@
 #include "qjulia/morph/versor_transfer.hpp"
 #include "qjulia/picture/bake_texture.hpp"
 #include "qjulia/picture/look.hpp"
+#include "qjulia/picture/materials.hpp"
 #include "qjulia/picture/picture.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 #include "qjulia/picture/surface_colors.hpp"

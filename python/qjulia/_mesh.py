@@ -22,7 +22,7 @@ class Surface(NamedTuple):
     """(N, 3) float32, outward and of length 1."""
 
     def save(self, path, *, up=None, colors=None, map=None):
-        """Writes the mesh by its extension: .ply, .stl, .glb, .obj, .off, .3mf or .usda.
+        """Writes the mesh by its extension, such as .ply, .glb or .3mf.
 
         Parameters
         ----------

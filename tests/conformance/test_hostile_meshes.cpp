@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 
+#include "base/file_types.hpp"
 #include "hostile.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
@@ -126,8 +127,8 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
     CHECK_FALSE(read.mesh.triangles.empty());
   });
   use("radial_spread", Need::volume, [&] { radial_spread(mesh, Eigen::Vector3d::Zero()); });
-  for (const char* name : {"m.ply", "m.obj", "m.stl", "m.off", "m.glb", "m.3mf", "m.usda"}) {
-    const std::filesystem::path path = folder / name;
+  for (const std::string& type : base::extensions(base::FileContent::mesh, base::FileUse::write)) {
+    const std::filesystem::path path = folder / ("m" + type);
     const auto is_written = [&] { return std::filesystem::file_size(path) > 0; };
     use("write_mesh", Need::nothing, [&] {
       write_mesh(mesh, path, "a\xff note", UpAxis::x);

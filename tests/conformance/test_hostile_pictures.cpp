@@ -198,3 +198,14 @@ TEST_CASE("images whose parts do not belong together are refused") {
   });
   CHECK(folder.names().empty());
 }
+
+TEST_CASE("a number that is no material is refused") {
+  for (const MaterialFacts& facts : materials()) {
+    accepts("facts_of", [&] { return &facts_of(facts.material) == &facts; });
+    accepts("to_string", [&] { return std::string(to_string(facts.material)) == facts.word; });
+  }
+  for (const std::size_t number : {materials().size(), std::size_t{1000}}) {
+    refuses("facts_of", "material", [&] { facts_of(static_cast<Material>(number)); });
+    refuses("to_string", "material", [&] { to_string(static_cast<Material>(number)); });
+  }
+}

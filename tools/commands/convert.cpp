@@ -233,8 +233,8 @@ void describe_convert(Command command, ConvertArguments& a) {
       .output("OUT", a.output, named, "",
               "Map file to write, such as bunny.qjulia.json; or the map's formula, .frag "
               "for Fragmentarium, .glsl for Shadertoy and .fract for Mandelbulber 2; of an .f3d a "
-              "mesh: .ply, .obj, .stl, "
-              ".off, .glb, .3mf or .usda." +
+              "mesh: " +
+                  base::extension_list(base::FileContent::mesh, base::FileUse::write) + "." +
                   named_text("input", ".qjulia.json or .ply"))
       .offers_files(types);
   command

@@ -291,8 +291,8 @@ void add_run(CommandLine& program, ChosenCommand& chosen) {
   qjulia run bunny.png size=3840x2160 -o big.png  the same, larger
   qjulia run bunny.qjulia.json --print            the fit's job
   qjulia run job.toml
-Files that commands write hold the command and its options: pictures, maps, pages, meshes but .stl
-and .off, and the fields .vti and .vdb. On the same device the same bytes come out, but for the
+Files that commands write hold the command and its options if their type has room for them, as
+pictures, maps, pages and most meshes and fields have. On the same device the same bytes come out, but for the
 times in fitted maps and for fits that their time limit ended. A job in TOML:
   command = "render"
   options = { map = "bunny.qjulia.json", zoom = 6, material = "trap" })",

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <future>
 #include <iterator>
 #include <map>
@@ -25,6 +26,7 @@
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/map_file.hpp"
 #include "qjulia/picture/bake_texture.hpp"
+#include "qjulia/picture/materials.hpp"
 #include "qjulia/picture/picture.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 #include "qjulia/picture/surface_colors.hpp"
@@ -72,14 +74,16 @@ constexpr double kMostAbrupt = 0.1;
 
 bool has_colors(const SurfaceArguments& arguments) { return arguments.material != Material::clay; }
 
-/// The types of files that hold colours, as in ".ply, .obj or .glb".
-std::string colored_types() {
+/// The types of meshes for which this holds, as in ".ply, .obj, .glb".
+std::string types_that(const std::function<bool(const std::filesystem::path&)>& holds) {
   std::string list;
   for (const std::string& type : base::extensions(base::FileContent::mesh, base::FileUse::write)) {
-    if (holds_colors("a" + type)) list += (list.empty() ? "" : ", ") + type;
+    if (holds("a" + type)) list += (list.empty() ? "" : ", ") + type;
   }
   return list;
 }
+
+std::string colored_types() { return types_that(holds_colors); }
 
 bool is_volume(const SurfaceArguments& arguments) {
   return base::has_type(arguments.output.path, base::FileContent::volume, base::FileUse::write);
@@ -428,10 +432,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
   add("dense").excludes({draft});
   const std::string shown =
       "What the colours of the vertices show, in " + colored_types() +
-      " files: clay, no colours; or the same as in pictures: iterations, how long the orbit "
-      "of a point stays undecided; trap, how close two iterates come to the plane X = 0, seen "
-      "from the origin; groove, from the bottoms of grooves to the tips of ridges; height, "
-      "along the up axis; or factor, which factor of the map is nearest";
+      " files: clay, no colours; or the same as in pictures: " + materials_help();
   add_setting(command, with_help(picture_setting_named("material"), shown), WordPlace(a.material));
   a.palette_option = add_palette(
       command, a.palette,
@@ -448,10 +449,12 @@ void describe_surface(Command command, SurfaceArguments& a) {
           "square root of N pixels: 50,000 need 1,272")
       .range(TextureOptions::kLeastSize, TextureOptions::kMostSize);
   const std::string upright =
-      "In .glb, .usda, .stl and .3mf files, which stand upright, the shape's axis that points "
-      "up; auto takes it from the map. In .ply, .obj, .off and .vdb files, the axis of the file "
-      "that the map's up axis is turned to; auto keeps the shape's own coordinates. Blender "
-      "takes z for up in a .ply and y in an .obj";
+      "In " + types_that([](const auto& path) { return format_up(path).has_value(); }) +
+      " files, which stand upright, the shape's axis that points up; auto takes it from the map. "
+      "In "
+      "others, the axis of the file that the map's up axis is turned to; auto keeps the shape's "
+      "own "
+      "coordinates. Blender takes z for up in a .ply and y in an .obj";
   add_setting(command, with_help(picture_setting_named("up"), upright), &a.up);
   add_map_options(command, a.map_options, surface_settings(), "surfaces", a.options);
   add_device_to_use(command, a.device);

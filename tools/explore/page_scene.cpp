@@ -19,6 +19,7 @@
 #include "qjulia/base/material_range.hpp"
 #include "qjulia/map/distance_grid.hpp"
 #include "qjulia/map/knob_table.hpp"
+#include "qjulia/picture/materials.hpp"
 #include "qjulia/picture/picture.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 
@@ -229,14 +230,12 @@ PaletteValues palette_values(const Device& device, const Map& map, Material mate
 /// measured, values are linear.
 json ranges_json(const Device& device, const Map& map, const std::stop_token& stop) {
   const std::vector<int> many{1, 2, 4, 6, 10, 16}, few{1, 6, 16};
-  const std::pair<Material, const std::vector<int>&> materials[] = {{Material::iterations, many},
-                                                                    {Material::trap, many},
-                                                                    {Material::groove, few},
-                                                                    {Material::factor, few},
-                                                                    {Material::height, few}};
   json all;
-  for (const auto& [material, nodes] : materials) {
-    if (material == Material::factor && map.dynamics.factors.empty()) continue;
+  for (const MaterialFacts& facts : materials()) {
+    const Material material = facts.material;
+    if (material == Material::clay) continue;
+    if (facts.needs_factors && map.dynamics.factors.empty()) continue;
+    const std::vector<int>& nodes = facts.follows_iterations ? many : few;
     json& of_material = all[to_string(material)];
     PaletteValues before;
     int last = 0;
@@ -254,6 +253,13 @@ json ranges_json(const Device& device, const Map& map, const std::stop_token& st
       last = n;
     }
   }
+  return all;
+}
+
+/// The numbers by which trait.glsl knows materials.
+json traits_json() {
+  json all;
+  for (const MaterialFacts& facts : materials()) all[facts.word] = facts.trait;
   return all;
 }
 
@@ -278,6 +284,7 @@ PageScene page_scene(const Device& device, const Map& map, const std::stop_token
                {"uniforms", uniforms_of(map)},
                {"phase", list_of(map.dynamics.phase)},
                {"table", table_json(table)},
+               {"traits", traits_json()},
                {"ranges", ranges_json(device, map, stop)}};
   return {made.dump(), table.drifts.back()};
 }

@@ -8,6 +8,7 @@
 #include "qjulia/base/colors.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/knob_table.hpp"
+#include "qjulia/picture/materials.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 
 namespace qjulia::explore {
@@ -138,7 +139,9 @@ std::string page_settings(const Map& map, const PageScene* scene) {
   for (PictureSetting setting : picture_settings()) {
     if (setting.controls.empty() || is_absent(setting)) continue;
     if (setting.name == "material" && map.dynamics.factors.empty()) {
-      std::erase(setting.words, to_string(Material::factor));  // there is nothing to colour by
+      for (const MaterialFacts& facts : materials()) {
+        if (facts.needs_factors) std::erase(setting.words, facts.word);
+      }
     }
     const Form form = std::visit(FormOf(setting), setting.place(usual));
     (setting.name == "iterations" ? of_map : of_picture)

@@ -68,7 +68,7 @@ struct MeshReport {
   std::vector<std::string> warnings() const;
 };
 
-/// Reads .obj, .off, .ply, .stl, .glb, .gltf or .3mf by its extension, with coordinates in single
+/// Reads a mesh by its extension (docs/reference/file-types.md), with coordinates in single
 /// precision. Polygons are cut into triangles, equal vertices welded, and triangles without area,
 /// triangles that repeat another and vertices without triangles left out. What is left keeps the
 /// file's order; of equal vertices the first stays. Nothing else is lost: open, non-manifold and
@@ -126,10 +126,10 @@ struct MeshFileOptions {
   void validate() const;  ///< @throws OptionError
 };
 
-/// Writes by extension (.ply, .stl, .glb and .3mf binary, .obj, .off and .usda text), coordinates
-/// in single precision, under a temporary name that is renamed. In .3mf each connected part is an
-/// object, together with its cavities. Beside a coloured .obj, a material of the mean colour is
-/// written under the same name with .mtl.
+/// Writes by extension (docs/reference/file-types.md), coordinates in single precision, under a
+/// temporary name that is renamed. In .3mf each connected part is an object, together with its
+/// cavities. Beside a coloured .obj, a material of the mean colour is written under the same name
+/// with .mtl.
 /// @throws OutputError when the file cannot be written, InputError for another extension.
 void write_mesh(const TriangleMesh& mesh, const std::filesystem::path& path,
                 const MeshFileOptions& options);

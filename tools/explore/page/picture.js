@@ -26,14 +26,12 @@ let finest = null;  // the last whole march
 let isMeasured = false;
 let coarsest = Promise.resolve();  // the first picture that is being drawn
 
-const traitKinds = { iterations: 0, trap: 1, groove: 2, factor: 3, height: 4 };  // as trait.glsl knows them
-
 /** What the material shows at each pixel, into a texture. */
 function drawTraits(uniforms, { view, depths }, jitter) {
   const traits = keptTexture("traits", gl.R32F, view.columns, view.rows);
   bind("depths", gl.TEXTURE_2D, depths);
   drawTo(traits, view.columns, view.rows);
-  use(trait, { ...uniforms, ...view, jitter, width: view.footprint, kind: traitKinds[state.material] });
+  use(trait, { ...uniforms, ...view, jitter, width: view.footprint, kind: scene.traits[state.material] });
   drawAll();
   return traits;
 }
