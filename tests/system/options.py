@@ -259,8 +259,18 @@ def holds(key):
 
 SMALL_FIT = {"--max-evaluations": "2", "--schedule": "fast"}
 # Both are reached by the detail, so that a run gives one of them.
-BY_AREA = {"--target-area": "1.05", "--target-volume": "1", "--target-resolution": "64"}
-BY_DIMENSION = {"--target-dimension": "2.02", "--target-resolution": "64"}
+TARGETS = ("--target-area", "--target-dimension", "--target-volume", "--target-resolution")
+
+
+def by_area(ratio):
+    return {"--target-area": ratio, "--target-volume": "1", "--target-resolution": "64"}
+
+
+def by_dimension(number):
+    return {"--target-dimension": number, "--target-resolution": "64"}
+
+
+ROUGH_FIT = {"--factors": "32", "--max-evaluations": "120", "--output": "area.qjulia.json"}
 KERNELS = {"--sample-points": "500", "--repeats": "2", "--kernels": "energy"}
 
 # Each run but the first of a command is quiet. What a command reads is made by those before it.
@@ -285,14 +295,14 @@ RUNS = {
             {"--resume": lambda done, value: done.json["resumed"] is False}, all_settings_but="--max-factors"),
         Run("MESH", {"--factors": "auto", "--max-factors": "8", **SMALL_FIT, "--output": "auto.qjulia.json"},
             {"--max-factors": count_of("factors", 8)}),
-        Run("MESH", {"--factors": "12", "--max-evaluations": "40", **BY_AREA, "--output": "area.qjulia.json"}),
-        Run("MESH", {"--factors": "12", "--max-evaluations": "40", **BY_DIMENSION, "--output": "area.qjulia.json"}),
+        Run("MESH", {**ROUGH_FIT, **by_area("1.01")}),
+        Run("MESH", {**ROUGH_FIT, **by_dimension("1.985")}),
     ],
     "shape": [
         Run("MESH", {"--output": "e.qjulia.json", "--versor": "random:8:2"},
             all_settings_but=""),
-        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32", **BY_AREA}),
-        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32", **BY_DIMENSION}),
+        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32", **by_area("1.05")}),
+        Run("MESH", {"--output": "plain.qjulia.json", "--resolution": "32", **by_dimension("2.02")}),
     ],
     "paint": [
         Run("f.qjulia.json", {"--output": "p.qjulia.json", "--ball": "1 0 0 0.3 0.5", "--block": "0 0 0 1 1 1 0.2",
@@ -369,8 +379,8 @@ RUNS = {
     ],
     "convert": [
         Run("f.qjulia.json c.qjulia.json", {}),
-        Run("area.qjulia.json r.qjulia.json", BY_AREA),
-        Run("area.qjulia.json r.qjulia.json", BY_DIMENSION),
+        Run("area.qjulia.json r.qjulia.json", by_area("1.02")),
+        Run("area.qjulia.json r.qjulia.json", by_dimension("1.985")),
         Run("f.qjulia.json d.qjulia.json", {"--portals": "portals.txt"}, {"--portals": holds("portals")}),
         Run("f.qjulia.json n.qjulia.json", {"--versor-from": "area.qjulia.json"},
             {"--versor-from": lambda done, value: "distance" in done.read("n.qjulia.json")}),
@@ -605,7 +615,7 @@ class Bench:
         run = RUNS[command][number]
         options = dict(run.options)
         if run.all_settings_but is not None:
-            wanted = [name for name in self.settings(command) if name not in run.all_settings_but and name not in {**BY_AREA, **BY_DIMENSION}]
+            wanted = [name for name in self.settings(command) if name not in run.all_settings_but and name not in TARGETS]
         else:
             given = {name for each in RUNS[command] for name in each.options}
             wanted = [name for name in self.settings(command) if name not in given] if number == 0 else []
@@ -723,7 +733,7 @@ class Bench:
 
     def knobs(self):
         """The options of a map: what 'convert' takes but for its own."""
-        own = ("--portals", "--factors-at-most", "--up", "--device", "--layout", "--trust-device", *BY_AREA, *BY_DIMENSION,
+        own = ("--portals", "--factors-at-most", "--up", "--device", "--layout", "--trust-device", *TARGETS,
                "--versor-from")
         return [name for name in self.names("convert") if name not in own]
 
@@ -762,7 +772,7 @@ class Bench:
     def first_fit(self):
         """A fit of a manifest with every key but max_factors."""
         settings = {name[2:].replace("-", "_"): typed(self.example("fit", name)) for name in self.settings("fit")
-                    if name not in {**BY_AREA, **BY_DIMENSION}}
+                    if name not in TARGETS}
         del settings["max_factors"]
         return {**MANIFEST, **settings}
 
