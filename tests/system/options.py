@@ -222,6 +222,7 @@ UNSEEN = {
     "profile against --repeats": "its report does not have it",
     "profile against --precision": "its report does not have it",
     "profile --verbose": "their tables say all of kernels",
+    "batch run --rank-timeout": "a single process has no ranks to wait for",
     "batch --verbose": "a batch says more of entries that begin, and none does",
     "explore --verbose": "it has more to say as it ends",
 }
@@ -419,9 +420,20 @@ RUNS = {
     "batch run": [
         Run("m.toml", {"--output": "batch", "--jobs": "2"},
             {"--jobs": lambda done, value: done.err.count("device: ") == 2}, codes=(1,)),
-        Run("m.toml", {"--output": "batch", "--resume": None, "--retry-failed": None},
+        Run("m.toml", {"--output": "batch", "--shard": "1/1", "--events": "b.jsonl", "--prometheus": "b.prom",
+                       "--resume": None, "--retry-failed": None},
             {"--resume": lambda done, value: is_older(done, "batch/all.status.json"),
-             "--retry-failed": lambda done, value: not is_older(done, "batch/broken.status.json")}, codes=(1,)),
+             "--retry-failed": lambda done, value: not is_older(done, "batch/broken.status.json"),
+             "--events": lambda done, value: '"batch_ended"' in (done.folder / value).read_text(),
+             "--prometheus": lambda done, value: "qjulia_batch_entries" in (done.folder / value).read_text()},
+            codes=(1,)),
+        Run("m.toml", {"--output": "parts", "--shard": "1/2"},
+            {"--shard": lambda done, value: (done.folder / "parts/shard-1-of-2/batch.json").exists()}, codes=(0, 1)),
+        Run("m.toml", {"--output": "parts", "--shard": "2/2"}, codes=(0, 1)),
+    ],
+    "batch merge": [
+        Run("parts", {}, codes=(1,)),
+        Run("parts", {}, {"--json": lambda done, value: len(done.json["entries"]) == 3}, codes=(1,)),
     ],
     "batch status": [Run("batch", {}, {"--json": lambda done, value: [entry["state"] for entry in done.json[
         "entries"]] == ["done", "done", "failed"]}, codes=(1,))],
@@ -446,6 +458,11 @@ RUNS = {
         *(Run("p.json newer_driver.json", {"--confidence": "0.6", across: None},
               {across: lambda done, value: done.json["between"] == "drivers"}, codes=(0, 4))
           for across in ("--across-drivers", "--across-devices")),
+    ],
+    "profile report": [
+        Run("p.json", {"--output": "pr1.html"}, {"--output": lambda done, value: (done.folder / value).exists()}),
+        Run("p.json p.json", {"--output": "pr.html"},
+            {"--output": lambda done, value: "Trends" in (done.folder / value).read_text()}),
     ],
     "profile against": [
         # Which build is the faster may be undecided, or wrong on a busy machine.

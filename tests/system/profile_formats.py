@@ -5,6 +5,7 @@ usage: profile_formats.py QJULIA FOLDER MAP
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -36,22 +37,31 @@ GOOGLE_BENCHMARK = record(
 METRIC = record("value", value=NUMBER, lower_value=NUMBER, upper_value=NUMBER)
 BENCHER = {"type": "object", "minProperties": 1,
            "additionalProperties": {**record("latency"), "additionalProperties": METRIC}}
-# Results and inputs of autotuners: kernel_tuner/schema/T4 and T1, both 1.0.0
+# Results and inputs of autotuners: the rules of kernel_tuner/schema/T4/1.0.0/results-schema.json and
+# T1/1.0.0/input-schema.json for what is written here, and stricter where these allow anything.
 T4 = record("schema_version results",
             schema_version={"type": "string", "pattern": r"^[0-9]+\.[0-9]+\.[0-9]+$"},
             results=array(record(
                 "timestamp configuration objectives times invalidity correctness measurements",
                 timestamp=TEXT, configuration={"type": "object", "minProperties": 1}, objectives=array(TEXT),
-                times=record("runtimes", runtimes=array(NUMBER, 0)),
+                times=record("runtimes", runtimes=array(NUMBER, 0), compilation_time=NUMBER, framework=NUMBER,
+                             search_algorithm=NUMBER, validation=NUMBER),
                 invalidity={"enum": ["timeout", "compile", "runtime", "correctness", "constraints", "correct"]},
                 correctness=NUMBER,
                 measurements=array(record("name value unit", name=TEXT, value=NUMBER, unit=TEXT)))))
 T1 = record("ConfigurationSpace KernelSpecification",
-            ConfigurationSpace=record("TuningParameters", TuningParameters=array(record(
-                "Name Type Values", Name=TEXT, Type={"enum": ["int", "uint", "float", "bool", "string"]},
-                Values=TEXT))),
+            General=record("FormatVersion", FormatVersion={"type": "integer"},
+                           TimeUnit={"enum": ["Nanoseconds", "Microseconds", "Milliseconds", "Seconds"]},
+                           OutputFormat={"enum": ["JSON", "XML"]}),
+            ConfigurationSpace=record(
+                "TuningParameters",
+                TuningParameters=array(record(
+                    "Name Type Values", Name=TEXT, Type={"enum": ["int", "uint", "float", "bool", "string"]},
+                    Values=TEXT)),
+                Conditions=array(record("Parameters Expression", Parameters=array(TEXT), Expression=TEXT), 0)),
             KernelSpecification=record("Language KernelName KernelFile GlobalSize LocalSize",
-                                       Language={"enum": ["OpenCL", "CUDA", "Vulkan"]},
+                                       Language={"enum": ["OpenCL", "CUDA", "Vulkan"]}, KernelName=TEXT, KernelFile=TEXT,
+                                       Device=record("Name", Name=TEXT),
                                        GlobalSize=record("X", X=TEXT), LocalSize=record("X", X=TEXT)))
 MADE = record("program version build date load_average job", load_average=array(NUMBER, 3),
               date={"type": "string", "pattern": r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ$"},
@@ -83,7 +93,22 @@ class Program:
         return done.stdout if code == 0 else done.stderr
 
 
-def check_measure(program, map_file):
+def check_compare(program, small, google, folder):
+    """Google Benchmark's own tool (Debian: libbenchmark-tools) reads two profiles and tests the runs of each kernel."""
+    tool = Path("/usr/share/benchmark/compare.py")
+    if not tool.exists():
+        print("compare.py is not here: install libbenchmark-tools")
+        return
+    (folder / "a.json").write_text(json.dumps(google))
+    (folder / "b.json").write_text(program(*small, "--export", "google-benchmark"))
+    done = subprocess.run(["/usr/bin/python3", tool, "--no-color", "benchmarks", folder / "a.json", folder / "b.json"],
+                          capture_output=True, text=True)
+    check(done.returncode == 0, f"compare.py: {done.stderr}")
+    rows = [line.split()[0] for line in done.stdout.splitlines() if line.startswith("energy")]
+    check(rows.count("energy/n:1") == 5 and rows.count("energy/n:1_pvalue") == 1, f"compare.py: {done.stdout}")
+
+
+def check_measure(program, map_file, folder):
     small = ("profile", "measure", map_file, "--kernels", "energy", "--sample-points", "2000", "--repeats", "5")
     report = json.loads(program(*small, "--json"))
     expect_valid("provenance", report["made"], MADE)
@@ -95,6 +120,7 @@ def check_measure(program, map_file):
     expect_valid("google-benchmark", google, GOOGLE_BENCHMARK)
     names = [row["name"] for row in google["benchmarks"]]
     check(names.count("energy/n:1") == 5, f"not five runs of energy: {names}")
+    check_compare(program, small, google, folder)
 
     bencher = json.loads(program(*small, "--export", "bencher"))
     expect_valid("bencher", bencher, BENCHER)
@@ -126,6 +152,30 @@ def check_grid(program):
     check(parameters["panel_block"] == "[32, 64]", parameters)
 
 
+def check_page(program, map_file, folder):
+    small = ("profile", "measure", map_file, "--kernels", "energy*", "--sample-points", "2000", "--repeats", "5")
+    now = json.loads(program(*small, "--json"))
+    earlier = json.loads(json.dumps(now))
+    earlier["made"].update(date="2020-01-02T03:04:05Z", commit="0123456789ab")
+    earlier["device"]["driver"] = "driver <1>"
+    for name, report in (("now.json", now), ("earlier.json", earlier), ("other.json", {"kernels": []})):
+        (folder / name).write_text(json.dumps(report))
+    page = folder / "page.html"
+    program("profile", "report", str(folder / "now.json"), str(folder / "earlier.json"), "-o", str(page))
+    text = page.read_text()
+    check(text.index("earlier.json") < text.index("now.json"), "reports are not in the order of their dates")
+    check(f"commit: 0123456789ab → {now['made']['commit'] or '-'}" in text, "a changed commit is not told")
+    check("driver: driver &lt;1&gt; → " in text, "a changed driver is not told")
+    for place in ("src", "href"):
+        for address in re.findall(rf'{place}="([^"]*)"', text):
+            check(address.startswith("data:"), f"the page needs {address}")
+    # A roofline, and a plot for each kernel of both reports.
+    check(text.count("<figure>") == 1 + len(now["kernels"]), "its plots")
+    refused = program("profile", "report", str(folder / "other.json"), "-o", str(page), code=2)
+    check("'other.json' is no report of 'qjulia profile measure --json'" in refused, refused)
+    check(len(refused.splitlines()) == 1, refused)
+
+
 def check_command(program, map_file, folder):
     program("surface", map_file, "-o", str(folder / "s.ply"), "--resolution", "32", "--profile",
             str(folder / "s.json"))
@@ -137,9 +187,10 @@ def main(path, folder, map_file):
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     program = Program(path, folder)
-    check_measure(program, map_file)
+    check_measure(program, map_file, folder)
     check_grid(program)
     check_command(program, map_file, folder)
+    check_page(program, map_file, folder)
     print("six formats and two profiles hold what is documented")
 
 

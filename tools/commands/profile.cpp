@@ -99,9 +99,9 @@ void add_profile(CommandLine& program, ChosenCommand& chosen) {
                       {"--grid", "grid"},
                       {"--import", "import"},
                       {"--against", "against"}}});
-  for (const auto add :
-       {add_profile_measure, add_profile_compare, add_profile_against, add_profile_scaling,
-        add_profile_tune, add_profile_grid, add_profile_export, add_profile_import}) {
+  for (const auto add : {add_profile_measure, add_profile_compare, add_profile_against,
+                         add_profile_report, add_profile_scaling, add_profile_tune,
+                         add_profile_grid, add_profile_export, add_profile_import}) {
     add(program, chosen);
   }
 }

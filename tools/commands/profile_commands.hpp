@@ -14,6 +14,7 @@ namespace qjulia::tools {
 void add_profile_measure(CommandLine& program, ChosenCommand& chosen);
 void add_profile_compare(CommandLine& program, ChosenCommand& chosen);
 void add_profile_against(CommandLine& program, ChosenCommand& chosen);
+void add_profile_report(CommandLine& program, ChosenCommand& chosen);
 void add_profile_scaling(CommandLine& program, ChosenCommand& chosen);
 void add_profile_tune(CommandLine& program, ChosenCommand& chosen);
 void add_profile_grid(CommandLine& program, ChosenCommand& chosen);

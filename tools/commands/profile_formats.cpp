@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr double kMilli = 1e-3, kNano = 1e-9;
+constexpr double kMilli = 1e-3, kMicro = 1e-6, kNano = 1e-9;
 
 std::string benchmark_name(const Json& kernel) {
   return fmt::format("{}/n:{}", kernel.at("kernel").get<std::string>(),
@@ -42,7 +42,7 @@ Json google_benchmark(const Json& report) {
     const Json& seconds = runs.at("seconds");
     const Json& cpu = runs.at("cpu_seconds");
     for (std::size_t i = 0; i < seconds.size(); ++i) {
-      const double real = seconds[i].get<double>() / kMilli;
+      const double real = seconds[i].get<double>() / kMicro;
       benchmarks.push_back({{"name", benchmark_name(kernel)},
                             {"family_index", family},
                             {"per_family_instance_index", 0},
@@ -53,8 +53,8 @@ Json google_benchmark(const Json& report) {
                             {"threads", 1},
                             {"iterations", 1},
                             {"real_time", real},
-                            {"cpu_time", cpu.is_null() ? real : cpu[i].get<double>() / kMilli},
-                            {"time_unit", "ms"}});
+                            {"cpu_time", cpu.is_null() ? real : cpu[i].get<double>() / kMicro},
+                            {"time_unit", "us"}});
     }
     ++family;
   }
