@@ -117,6 +117,7 @@ def main():
     bench.validate("profile", profile)
     (bench.folder / "p.json").write_text(json.dumps(profile))
     bench.holds("profile-compare", "profile", "compare", "p.json", "p.json", "--confidence", "0.6")
+    bench.holds("profile-report", "profile", "report", "p.json", "p.json", "-o", "p.html")
     bench.holds("profile-grid", "profile", "grid", "panel_block=32,64", *few, "--factors", "16")
     bench.holds("profile-settings", "profile", "export", "settings.json", *device)
     bench.holds("profile-settings", "profile", "import", "settings.json", *device)

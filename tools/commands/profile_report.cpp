@@ -29,7 +29,7 @@ int run_report(const ReportArguments& arguments, Session& session) {
   base::write_file(arguments.page, benchmark::profile_page(std::move(profiles)));
   session.console.summary(
       fmt::format("{}: {} report{}", arguments.page, count, count == 1 ? "" : "s"),
-      {{"output", arguments.page}, {"reports", count}});
+      {{"page", arguments.page}, {"reports", count}});
   return kDone;
 }
 
