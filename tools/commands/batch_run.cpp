@@ -257,8 +257,14 @@ int run_batch(const BatchArguments& arguments, Session& session) {
   std::size_t settled = 0;
   std::vector<batch::EntryStatus> unsaved;
   std::optional<Watchers> watchers;
+  // Before the rounds, which every rank has to join.
+  if (const int code = together(ranks, [&]() -> int {
+        watchers.emplace(arguments, manifest, ranks.rank());
+        return kDone;
+      })) {
+    return code;
+  }
   const int code = together(ranks, [&]() -> int {
-    watchers.emplace(arguments, manifest, ranks.rank());
     BatchDisplay display(session.console, manifest.entries.size());
     unsaved = batch::run_batch(
         manifest, devices, options,
@@ -272,10 +278,10 @@ int run_batch(const BatchArguments& arguments, Session& session) {
     return unsaved.empty() ? kDone : kFailed;
   });
   const int finished = together(ranks, [&]() -> int {
-    batch::EventLog* const log = watchers && watchers->log ? &*watchers->log : nullptr;
+    batch::EventLog* const log = watchers->log ? &*watchers->log : nullptr;
     const int found =
         ranks.rank() == 0 ? finish(options.folder, settled, unsaved, log, session) : kDone;
-    if (watchers) watchers->end(session);
+    watchers->end(session);
     return found;
   });
   ranks.leave(std::max(code, finished));
