@@ -15,12 +15,12 @@ struct MaterialFacts {
   /// The number by which kernels (QJ_TRAIT_… in kernels/layout/picture_layout.h) and the shaders of
   /// pages know it; -1 for none.
   int trait;
-  bool is_of_orbits;        ///< iterates tell it; else it is clear from the point alone
-  bool is_rank;             ///< its numbers have an order and no other meaning
-  bool is_length;           ///< its numbers are lengths, shape units
-  bool goes_on_inside;      ///< cut faces have it, too
-  bool follows_iterations;  ///< its numbers change with the number of iterations
-  bool needs_factors;       ///< it is of maps with factors alone
+  bool is_of_orbits = false;        ///< iterates tell it; else it is clear from the point alone
+  bool is_rank = false;             ///< its numbers have an order and no other meaning
+  bool is_length = false;           ///< its numbers are lengths, shape units
+  bool goes_on_inside = false;      ///< cut faces have it, too
+  bool follows_iterations = false;  ///< its numbers change with the number of iterations
+  bool needs_factors = false;       ///< it is of maps with factors alone
 };
 
 /// All materials, in the order of `Material`.
