@@ -332,7 +332,7 @@ for r in rows:
 TEST_CASE("shards, of which one is killed and resumed, make the table of the undivided batch") {
   const TemporaryFolder folder;
   std::string fits = "[defaults]\nfactors = 16\nmax_evaluations = 60\n";
-  folder.file("ball.obj", obj_text(shapes::sphere(2)));
+  folder.file("ball.obj", obj_text(qjulia::shapes::sphere(2)));
   fits += "[[sweep]]\nmesh = \"ball.obj\"\nseed = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]\n";
   const std::string manifest = folder.file("m.toml", fits);
   REQUIRE(run_command({"batch", "run", manifest, "-o", folder / "whole"}).exit_code == 0);
