@@ -52,7 +52,8 @@ void add_profile_report(CommandLine& program, ChosenCommand& chosen) {
   qjulia profile report before.json after.json -o profiles.html
 The page holds all that it shows: the reports by date, what changed between each and the one
 before (commit, build flags, driver, settings), what each kernel of the last reaches and what
-limits it, the roofline with the caches, and the time of each kernel over the reports.)"},
+limits it, the roofline with the caches, and the time of each kernel over the reports.)",
+               /*can_trace=*/false},
               describe_report, run_report);
 }
 
