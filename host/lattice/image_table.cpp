@@ -9,6 +9,7 @@
 #include "device/point_batch.hpp"
 #include "lattice/image_probe.hpp"
 #include "layout/image_table.h"
+#include "qjulia/map/field.hpp"
 
 namespace qjulia::surface {
 namespace {
@@ -399,7 +400,10 @@ bool ImageTable::is_finest() const { return step_ <= kFinestStep; }
 int ImageTable::first_iterate(double displacement) const {
   if (is_empty()) return std::numeric_limits<int>::max();
   int iterate = 2;
-  for (double seen = displacement_; seen > displacement; seen /= stretch_) ++iterate;
+  // Where images do not move farther than points, no later iterate does better.
+  for (double seen = displacement_; seen > displacement; seen /= stretch_) {
+    if (++iterate > kMostIterations) return std::numeric_limits<int>::max();
+  }
   return iterate;
 }
 

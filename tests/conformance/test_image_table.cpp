@@ -15,6 +15,7 @@
 #include "picture/depth_source.hpp"
 #include "picture/view.hpp"
 #include "qjulia/map/detail.hpp"
+#include "qjulia/map/field.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -157,6 +158,7 @@ TEST_CASE("a table is as fine as it has to be") {
   const auto finest = surface::ImageTable::of_ball(device_map, kFinest, {});
   CHECK(finest.is_finest());
   CHECK(finest.first_iterate(kFinest) > 2);
+  CHECK(finest.first_iterate(0) > kMostIterations);  // none of them can be looked up
   double least = kFinest;
   while (finest.first_iterate(least) > 2) least *= 1.1;
   std::size_t bytes = finest.fields().bytes();
