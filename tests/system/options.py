@@ -375,8 +375,8 @@ RUNS = {
             {"--size": lambda done, value: note_of(done.path("c.png"))["picture"]["size"] == "16x12"}),
         Run("f.qjulia.json MESH", {"--resolution": "16", "--limbs": None},
             {"--limbs": lambda done, value: done.json["metrics"][0]["limbs"] >= 0}),
-        Run("f.qjulia.json MESH", {"--resolution": "32", "--roughness": None},
-            {"--roughness": lambda done, value: done.json["roughness"]["scales"]}),
+        Run("f.qjulia.json MESH", {"--resolution": "32", "--measure-roughness": None},
+            {"--measure-roughness": lambda done, value: done.json["roughness"]["scales"]}),
     ],
     "convert": [
         Run("f.qjulia.json c.qjulia.json", {}),
@@ -410,7 +410,7 @@ RUNS = {
             {"--check-precision": lambda done, value: done.json["precision"]["points"] > 0}),
         Run("l.stl", {"--printable": None, "--nozzle": "0.6"}, {"--printable": lambda done, value: done.json["printable"]}),
         Run("l.stl", {"--printable": None, "--min-wall": "0.5"}),
-        Run("l.stl", {"--roughness": None}, {"--roughness": lambda done, value: done.json["porosity"]["share"] >= 0}),
+        Run("l.stl", {"--measure-roughness": None}, {"--measure-roughness": lambda done, value: done.json["porosity"]["share"] >= 0}),
     ],
     "explore": [
         Run("u.qjulia.json", {"--port": "PORT", "--host": "localhost", "--open": None, "--keep-loose": None}),

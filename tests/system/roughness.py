@@ -94,7 +94,7 @@ assert "--target-area" in refused.stderr and "at most" in refused.stderr, refuse
 assert not (folder / "no.qjulia.json").exists()
 
 # info says the same of the map as of its surface.
-told = json.loads(run("info", "c.qjulia.json", "--roughness", "--json").stdout)["roughness"]
+told = json.loads(run("info", "c.qjulia.json", "--measure-roughness", "--json").stdout)["roughness"]
 assert [scale["resolution"] for scale in told["scales"]] == [32, 64, 128, 256]
 assert told["area_slope"] > 0 and 0 < told["porosity"]["share"] < 1, told
 print("four shapes have the roughness that was asked for")

@@ -83,7 +83,7 @@ def main():
         (bench.folder / f"{schema}.json").write_text(json.dumps(report))
         bench.holds("doctor-compare", "doctor", "compare", f"{schema}.json", f"{schema}.json")
     bench.holds("info", "info", a_map)
-    bench.holds("info", "info", mesh, "--roughness")
+    bench.holds("info", "info", mesh, "--measure-roughness")
     bench.holds("convert", "convert", a_map, "c.qjulia.json", "--slice", "0.1")
     bench.holds("share", "share", a_map, "-o", "s.html")
     device = ("--device", "cpu")

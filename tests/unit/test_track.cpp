@@ -126,7 +126,7 @@ TEST_CASE("keys of no use are refused") {
 
 TEST_CASE("each type of film has its encoder's words") {
   for (const std::string& type : film::film_types()) {
-    const auto words = film::encoder_words({"fol%der", "film" + type, 24, 7, false, "note"});
+    const auto words = film::encoder_words({"fol%der", "film" + type, 24, 7, 1, false, "note"});
     CHECK(words.front() == "ffmpeg");
     CHECK(words.back() == "file:film" + type);
     CHECK(std::ranges::count(words, "file:fol%%der/frame_%04d.png") == 1);

@@ -138,7 +138,7 @@ void describe_compare(Command command, CompareArguments& a) {
     add_setting(command, setting, setting.place(a.options));
   }
   command.flag(
-      "--roughness", a.roughness,
+      "--measure-roughness", a.roughness,
       "Also measure how rough the set is, by itself: area and volume over the smooth set's "
       "at --resolution cells, a half, a quarter and an eighth of it, box dimension and "
       "porosity");

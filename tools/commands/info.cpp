@@ -495,7 +495,7 @@ void describe_info(Command command, InfoArguments& a) {
   command.flag("--check-precision", a.check_precision,
                "Also count the points near a map's surface that are inside in single and outside "
                "in double precision, or the other way round");
-  command.flag("--roughness", a.roughness,
+  command.flag("--measure-roughness", a.roughness,
                "Also measure how rough it is: of a map, area and volume of its set at 256 cells, a "
                "half, a quarter and an eighth of them, with box dimension; of maps and meshes, the "
                "porosity. It takes as long as two surfaces");
@@ -527,7 +527,8 @@ void add_info(CommandLine& program, ChosenCommand& chosen) {
   qjulia info bunny.stl --printable        is it ready to print?
   qjulia info bunny.stl --printable --min-wall 1.2
   qjulia info bunny.qjulia.json            factors, detail, radii, how deep its origin lies
-  qjulia info bunny.qjulia.json --roughness  area against scale, dimension, porosity
+  qjulia info bunny.qjulia.json --measure-roughness
+                                             area against scale, dimension, porosity
   qjulia info bunny.qjulia.json --verbose  and how it was made
   qjulia info bunny.png                    the command that drew a picture
 Orbits within r_in stay for ever, orbits beyond r_out leave. F1 at the origin should be
