@@ -32,6 +32,7 @@ std::span<const Entry> environment() {
             "skip, or nothing: report an error instead. 'qjulia doctor' always tries again, unless "
             "this says skip.",
             Concern::computing},
+      Entry{"PATH", "Folders in which 'qjulia film' looks for ffmpeg.", Concern::all},
       Entry{"XDG_CACHE_HOME",
             "The folder under which tuned settings and compiled programs are kept, in qjulia, and "
             "PoCL's compiled kernels, "
