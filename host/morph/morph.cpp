@@ -22,7 +22,7 @@ namespace {
 constexpr double kBand = 0.05 * kMapSide;  ///< points count about so far from the surface
 constexpr double kFarWeight = 1e-3;        ///< of points far from it
 constexpr std::size_t kTriedPoints = 400'000;
-constexpr std::size_t kMostPoints = 24'000;
+constexpr std::size_t kMostMorphPoints = 24'000;
 constexpr double kOffSliceShare = 0.3;  ///< of the points, with W about as large as the band
 /// Holds exponents to where they come straight: their spread over that of the potential.
 constexpr double kRidge = 1e-4;
@@ -127,7 +127,7 @@ struct Morph::Impl {
       q = {x.x(), x.y(), x.z(), is_off ? random.uniform(-2 * kBand, 2 * kBand) : 0};
     }
     const std::vector<double> first = from.distance.at(tried), second = to.distance.at(tried);
-    for (std::size_t i = 0; i < tried.size() && points.size() < kMostPoints; ++i) {
+    for (std::size_t i = 0; i < tried.size() && points.size() < kMostMorphPoints; ++i) {
       const MorphPoint point{tried[i], first[i], second[i]};
       if (is_near_sometimes(point)) points.push_back(point);
     }

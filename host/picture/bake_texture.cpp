@@ -27,7 +27,7 @@ class Atlas {
   /// @throws OptionError where the squares would be too small
   Atlas(std::size_t triangles, int size) : triangles_(triangles) {
     expect_texture_size(size, triangles);
-    const auto squares = static_cast<double>((triangles + 1) / 2);
+    const double squares = std::ceil(static_cast<double>(triangles) / 2);
     side_ = static_cast<int>(size / std::ceil(std::sqrt(squares)));
     across_ = size / side_;
   }
@@ -37,7 +37,7 @@ class Atlas {
     const int i = column / side_, j = row / side_;
     if (i >= across_) return triangles_;
     const bool is_lower = column % side_ + row % side_ + 1 >= side_;
-    return 2 * (static_cast<std::size_t>(j) * across_ + i) + (is_lower ? 1 : 0);
+    return 2 * static_cast<std::size_t>(j * across_ + i) + (is_lower ? 1 : 0);
   }
 
   /// Where the triangle's corners lie. The first has the right angle; the way to the third is along
@@ -61,9 +61,9 @@ class Atlas {
 };
 
 /// A triangle with its place in the texture and with the tangent space of its corners.
-class Patch {
+class TexturedTriangle {
  public:
-  Patch(const TriangleMesh& mesh, std::size_t index, const Atlas& atlas) {
+  TexturedTriangle(const TriangleMesh& mesh, std::size_t index, const Atlas& atlas) {
     const Triangle& triangle = mesh.triangles[index];
     const auto places = atlas.corners(index);
     origin_ = places[0];
@@ -170,7 +170,8 @@ void expect_texture_size(int size, std::size_t triangles) {
   constexpr std::size_t kLeastSide = 8;  // pixels of a square
   const std::size_t across = static_cast<std::size_t>(size) / kLeastSide;
   if (triangles <= 2 * across * across) return;
-  const double least = kLeastSide * std::ceil(std::sqrt((triangles + 1) / 2));
+  const double squares = std::ceil(static_cast<double>(triangles) / 2);
+  const double least = static_cast<double>(kLeastSide) * std::ceil(std::sqrt(squares));
   const std::string larger =
       least <= TextureOptions::kMostSize ? fmt::format("{:.0f} or more, or ", least) : "";
   throw OptionError("size", fmt::format("{} pixels are too few for {} triangles; give {}a mesh of "
@@ -218,7 +219,7 @@ MeshTexture bake_texture(const Device& device, const Map& map, const TriangleMes
     monitor.report({"baking the texture", static_cast<double>(row) / options.size, -1, ""});
     throw_if_stopped(monitor.stop);
     std::size_t last = coarse.triangles.size();
-    std::optional<Patch> patch;
+    std::optional<TexturedTriangle> patch;
     for (int column = 0; column < options.size; ++column) {
       const std::size_t triangle = atlas.triangle_at(column, row);
       if (triangle >= coarse.triangles.size()) continue;
@@ -244,7 +245,7 @@ MeshTexture bake_texture(const Device& device, const Map& map, const TriangleMes
   MeshTexture texture;
   texture.places.reserve(3 * coarse.triangles.size());
   for (std::size_t t = 0; t < coarse.triangles.size(); ++t) {
-    const Patch patch(coarse, t, atlas);
+    const TexturedTriangle patch(coarse, t, atlas);
     const auto corners = atlas.corners(t);
     for (std::size_t i = 0; i < corners.size(); ++i) {
       texture.places.emplace_back((corners[i] / options.size).cast<float>());

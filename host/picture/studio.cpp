@@ -222,8 +222,10 @@ void Studio::resize(int width, int height) {
 }
 
 void Studio::Impl::turn(const Camera& camera) {
-  options.camera = standing(camera);
-  options.validate();
+  PictureOptions turned = options;
+  turned.camera = standing(camera);
+  turned.validate();
+  options.camera = turned.camera;
 }
 
 Camera Studio::Impl::standing(Camera camera) const {

@@ -112,7 +112,7 @@ std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& 
                        const std::optional<double>& share, const InstructionMix* mix) {
   const auto known_ceiling = ceiling_of(mix, roofs, work.is_double);
   if (verdict == "not now") {
-    const std::string why = "cannot be judged now: other programs take the processors";
+    std::string why = "cannot be judged now: other programs take the processors";
     if (limit != "fma" || !known_ceiling) return why;
     return fmt::format("{}; {}, so the ceiling is {:.0f} %; {}", why, operations_text(*mix),
                        100 * *known_ceiling, rest_of_loop(*mix));

@@ -253,7 +253,9 @@ int run_batch(const BatchArguments& arguments, Session& session) {
       })) {
     return code;
   }
-  const auto& [manifest, options, devices, lock] = *started;
+  const auto& manifest = started->manifest;
+  const auto& options = started->options;
+  const auto& devices = started->devices;
   std::size_t settled = 0;
   std::vector<batch::EntryStatus> unsaved;
   std::optional<Watchers> watchers;

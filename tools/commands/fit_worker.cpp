@@ -81,8 +81,8 @@ batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
   auto warnings = mesh_report.warnings();
   for (const auto& job : {entry.outputs.surface, entry.outputs.picture}) {
     if (!job) continue;
-    const Said said =
-        run_job(entry_job(*job, map), file(job->extension).string(), {device_, monitor});
+    const Said said = run_job(entry_job(*job, map), file(job->extension).string(),
+                              {device_, static_cast<const ProgressMonitor&>(monitor)});
     warnings.insert(warnings.end(), said.warnings.begin(), said.warnings.end());
   }
   if (entry.outputs.report) {
