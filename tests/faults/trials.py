@@ -22,7 +22,7 @@ TEMPORARY = re.compile(r"\.qjulia-[0-9a-f]{16}\.tmp$")
 RAW = re.compile(r"std::|bad_alloc|basic_\w|vector::|terminate|unspecified|json\.exception")
 # What differs from one run to the next.
 VOLATILE = {"seconds", "seconds_all", "earlier_seconds", "fit_seconds", "kernel_seconds",
-            "fit_kernel_seconds", "started", "process", "progress", "since", "warnings", "key"}
+            "fit_kernel_seconds", "memory_bytes", "started", "process", "progress", "since", "warnings", "key"}
 
 
 @dataclass

@@ -53,7 +53,7 @@ in_bash bunny.obj,bunny.ply qjulia compare bunny.qjulia.json bu
 in_bash bunny.obj,bunny.ply qjulia compare --box 0 0 0 1 1 1 bunny.qjulia.json bu
 in_bash bunny.obj,bunny.ply qjulia fit --factors 100 -o x.json bu
 in_bash bunny.qjulia.json qjulia fit -o bu
-in_bash check,run,status qjulia batch ''
+in_bash check,merge,run,status qjulia batch ''
 in_bash list.toml,shapes qjulia batch run ''
 in_bash measure qjulia profile mea
 in_bash --sample-points qjulia profile tune --sam
@@ -72,7 +72,7 @@ in_fish clay,factor,groove,height,iterations,trap 'qjulia render --material '
 in_fish 'bunny.obj,bunny.ply,shapes/,two words.obj' 'qjulia fit '
 in_fish bunny.qjulia.json 'qjulia surface bu'
 in_fish bunny.qjulia.json 'qjulia fit -o bu'
-in_fish check,run,status 'qjulia batch '
+in_fish check,merge,run,status 'qjulia batch '
 in_fish shapes/ 'qjulia batch status '
 in_fish list.toml,shapes/ 'qjulia batch run '
 in_fish --sample-points 'qjulia profile tune --sam'
