@@ -88,9 +88,9 @@ class Table:
             elif setting["type"] == "rotation":
                 own = [*_AXES[own[1]], own[0]]
             query[setting["option"]] = ",".join(_number(value) for value in own)
-        for axis in _AXES:
-            if values[f"cut{axis}"] != 100:
-                query[f"cut-{axis}"] = _number(values[f"cut{axis}"])
+        places = {axis: values[f"cut{axis}"] for axis in _AXES}
+        if any(place != 100 for place in places.values()):
+            query["cut"] = ",".join(f"{axis}={_number(place)}%" for axis, place in places.items() if place != 100)
         return query
 
     def up(self, values: Mapping[str, Any]) -> str:
