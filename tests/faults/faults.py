@@ -103,6 +103,7 @@ def main():
         for (command, fault), (failed, code, problems) in zip(trials, results):
             missed += failed is None
             if failed is None:
+                print(f"{command.name}, {fault}: not reached")
                 continue
             kinds[fault.split(":")[0]] += 1
             codes[code] += 1
@@ -113,9 +114,11 @@ def main():
     print(f"{sum(kinds.values())} faults ({', '.join(f'{n} {k}' for k, n in kinds.items())}), "
           f"{missed} calls not reached; exit codes {dict(sorted(codes.items()))}; "
           f"{wrong} with problems")
-    if missed > len(trials) / 10:
+    # Threads and times change how many calls a run makes, so that its last ones may be missing.
+    is_short = missed > max(2, len(trials) / 10)
+    if is_short:
         print("too many calls were not reached")
-    return 1 if wrong or missed > len(trials) / 10 else 0
+    return 1 if wrong or is_short else 0
 
 
 if __name__ == "__main__":
