@@ -43,7 +43,8 @@ std::vector<SettingOf<RoughnessTarget>> make_target_settings() {
         .most = 3,
         .left_out = "none",
         .example = "2.05",
-        .help = "Find the detail at which that surface has this box-counting dimension, as `info` "
+        .help = "Find the detail at which that surface has this box-counting dimension, as 'qjulia "
+                "info' "
                 "measures it, to 0.005"},
        [](RoughnessTarget& t) -> ValuePlace { return &t.dimension; }},
       {{.name = "target_volume",
@@ -83,8 +84,9 @@ class TargetSearch {
     if (const std::string why = detail.why_not(map); !why.empty()) {
       throw OptionError("detail", why);
     }
+    most_detail_ = std::min(kMostDetail, detail.most_of(map));
     least_ = std::log(kLeastDetail);
-    most_ = std::log(std::min(kMostDetail, detail.most_of(map)));
+    most_ = std::log(most_detail_);
   }
 
   TargetedMap found() {
@@ -92,7 +94,7 @@ class TargetSearch {
     if (target_.volume) best = with_wanted_volume(best);
     TargetedMap result;
     result.map = turned(best);
-    result.detail = std::exp(best.log_detail);
+    result.detail = detail_of(best);
     result.scale = std::exp(best.log_scale);
     result.figures = best.figures;
     result.reference = reference_;
@@ -101,9 +103,14 @@ class TargetSearch {
   }
 
  private:
+  /// exp ∘ ln may leave the range by a rounding.
+  double detail_of(const RoughTrial& trial) const {
+    return std::clamp(std::exp(trial.log_detail), kLeastDetail, most_detail_);
+  }
+
   Map turned(const RoughTrial& trial) const {
     MapKnobs knobs;
-    knobs.detail = std::exp(trial.log_detail);
+    knobs.detail = detail_of(trial);
     if (trial.log_scale != 0) knobs.scale = std::exp(trial.log_scale);
     return with_knobs(device_, map_, knobs);
   }
@@ -114,9 +121,14 @@ class TargetSearch {
     const RoughnessOptions options{.resolution = target_.resolution};
     trial.figures = figures_of_set(device_, turned(trial), options, monitor_);
     ++surfaces_;
+    if (std::isnan(excess(trial))) {
+      throw OptionError(
+          "target_resolution",
+          fmt::format("{} cells are too coarse to count boxes; give more", target_.resolution));
+    }
     monitor_.report({"finding the detail",
                      static_cast<double>(surfaces_) / (surfaces_ + kExpectedMore), -1,
-                     fmt::format("detail {:.3g}: {}", std::exp(log_detail), reached(trial))});
+                     fmt::format("detail {:.3g}: {}", detail_of(trial), reached(trial))});
     return trial;
   }
 
@@ -140,11 +152,6 @@ class TargetSearch {
   /// of the target, then between the two.
   RoughTrial with_wanted_roughness(double log_detail, double log_scale) {
     RoughTrial at = tried(std::clamp(log_detail, least_, most_), log_scale);
-    if (std::isnan(excess(at))) {
-      throw OptionError(
-          "target_resolution",
-          fmt::format("{} cells are too coarse to count boxes; give more", target_.resolution));
-    }
     if (is_near(at)) return at;
     RoughTrial beyond = at, nearest = at;
     int declines = 0;  // in a row: one may be chance
@@ -184,8 +191,8 @@ class TargetSearch {
   /// Scale by secants for the volume, then the detail again, until both hold.
   RoughTrial with_wanted_volume(RoughTrial at) {
     // ln V rises by about δ · diagonal · A / V for a step of 1 in ln s.
-    double slope = std::exp(at.log_detail) * map_.frame.own_diagonal().value() * at.figures.area /
-                   at.figures.volume;
+    double slope =
+        detail_of(at) * map_.frame.own_diagonal().value() * at.figures.area / at.figures.volume;
     for (int round = 0; round < kMostRounds && !has_wanted_volume(at); ++round) {
       const double missing = std::log(target_.volume.value() / volume_ratio(at));
       const double log_scale = at.log_scale + missing / slope;
@@ -208,7 +215,7 @@ class TargetSearch {
             fmt::format("{} cannot be reached: at {} cells this map has {} at {}, with a detail of "
                         "{:.3g}; {}",
                         wanted, target_.resolution, reached(nearest), is_least ? "least" : "most",
-                        std::exp(nearest.log_detail),
+                        detail_of(nearest),
                         is_least ? "ask for more" : "ask for less, or measure with finer cells")};
   }
 
@@ -227,6 +234,7 @@ class TargetSearch {
   const RoughnessTarget& target_;
   const RoughnessReference& reference_;
   const ProgressMonitor& monitor_;
+  double most_detail_ = 0;
   double least_ = 0, most_ = 0;  ///< ln detail
   int surfaces_ = 0;
 };
@@ -246,6 +254,10 @@ void RoughnessTarget::validate() const {
   }
   if (volume && !area && !dimension) {
     throw OptionError("target_volume", "it goes with an area or a dimension; give one of them too");
+  }
+  if (!is_set() && resolution != RoughnessTarget{}.resolution) {
+    throw OptionError("target_resolution",
+                      "there is no target to measure; give an area or a dimension too");
   }
 }
 
