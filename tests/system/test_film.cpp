@@ -192,6 +192,8 @@ TEST_CASE("whatever happens to FFmpeg or the disk, pictures stay and the command
   const std::string command = fails("turn.mp4", "signal 9 ended it");
   become("echo half > \"$last\"\necho 'No space left on device' >&2\nexit 1\n");
   fails("turn.mp4", "No space left on device");
+  become("exit 228\n");
+  fails("turn.mp4", "FFmpeg ended with code 228 and said nothing");
   become("exit 3\n");
   fails("turn.mp4", "FFmpeg ended with code 3 and said nothing");
   become("exit 0\n");
@@ -218,7 +220,7 @@ TEST_CASE("whatever happens to FFmpeg or the disk, pictures stay and the command
   const auto without =
       film(studio, "turn.mp4", {}, {.environment = {{"PATH", studio.folder / "none"}}});
   CHECK(without.exit_code == 1);
-  CHECK_THAT(without.err, ContainsSubstring("FFmpeg is not installed, so that the pictures") &&
+  CHECK_THAT(without.err, ContainsSubstring("FFmpeg is not installed: the pictures") &&
                               ContainsSubstring("install FFmpeg"));
   // At last all is well, and nothing is drawn again.
   become("echo film > \"$last\"\n");
@@ -247,6 +249,17 @@ TEST_CASE("a dive into a portal ends as it begins") {
   CHECK(said["seam"] < 2);
   CHECK_FALSE(std::filesystem::exists(studio.folder / "dive/frame_0005.png"));
   CHECK(json::parse(run_command(words).out)["seam"] == said["seam"]);  // it is remembered
+  const auto sheet = run_command(
+      {"film", "sheet", script, "-o", studio.folder / "dive.png", "--json", "--device", "cpu"});
+  CHECK(json::parse(sheet.out)["pictures"] == 4);
+  // A rate that leaves part of a picture over ends in the same place.
+  const std::string uneven = studio.folder.file(
+      "uneven.toml",
+      "[film]\nmap = \"stack.qjulia.json\"\nseconds = 1\nrate = 4.6\n[dive]\n" + options);
+  const auto five =
+      run_command({"film", uneven, "-o", studio.folder / "uneven", "--json", "--device", "cpu"});
+  CHECK(json::parse(five.out)["pictures"] == 5);
+  CHECK(json::parse(five.out)["seam"] < 2);
   // The film shows the pictures as often as it is deep.
   std::filesystem::create_directory(studio.folder / "bin");
   const std::string program = studio.folder.file("bin/ffmpeg",
@@ -263,6 +276,14 @@ TEST_CASE("a dive into a portal ends as it begins") {
   REQUIRE(filmed.exit_code == 0);
   CHECK_THAT(read_text(program + ".words"),
              ContainsSubstring("-stream_loop 8 -i ") && ContainsSubstring("-frames:v 36 "));
+  // FFmpeg would repeat a longer film's pictures, too.
+  std::filesystem::create_directory(studio.folder / "deep.frames");
+  studio.folder.file("deep.frames/frame_0005.png", "of a longer film");
+  const auto further =
+      run_command({"film", deep, "-o", studio.folder / "deep.mp4", "--device", "cpu"},
+                  {.environment = {{"PATH", studio.folder / "bin:/usr/bin:/bin"}}});
+  CHECK(further.exit_code == 2);
+  CHECK_THAT(further.err, ContainsSubstring("deep.frames/frame_0005.png' is of a longer film"));
   // A seam is told: the lamps are brighter at the end.
   const std::string bright = studio.folder.file(
       "bright.toml",
@@ -504,6 +525,11 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
                  ContainsSubstring("bad.toml:10: fog: give a number") &&
                  ContainsSubstring("bad.toml:12: portal: give a whole number") &&
                  ContainsSubstring("bad.toml:14: fov: there is no such setting"));
+  CHECK_THAT(studio.refused("key = [1]\n" + film),
+             ContainsSubstring("bad.toml:1: 'key' is not known here"));
+  const std::string no_step = studio.refused(film + "step = 3\n");
+  CHECK_THAT(no_step, ContainsSubstring("bad.toml:4: step: give a text"));
+  CHECK(no_step.find("bad.toml") == no_step.rfind("bad.toml"));
   CHECK_THAT(studio.refused(film + "[[key]]\nat = 0\nazimut = 3\nzoom = 0\n[[key]]\nzoom = 3\n"),
              ContainsSubstring("bad.toml:6: azimut: there is no such") &&
                  ContainsSubstring("bad.toml:7: zoom: the value must be above 0") &&

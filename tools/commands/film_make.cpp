@@ -447,6 +447,19 @@ Drawn draw_pictures(const FilmPlan& plan, int jobs, const Scene& scene, const De
   return {count, found->seam};
 }
 
+/// FFmpeg repeats all numbered pictures of the folder, beyond this film's too.
+/// @throws InputError where a longer film's picture follows the last one
+void expect_no_further_picture(const FilmPlan& plan) {
+  const std::filesystem::path next = plan.folder / film::frame_name(plan.pictures + 1);
+  std::error_code ignored;
+  if (plan.script.copies == 1 || !std::filesystem::exists(next, ignored)) return;
+  throw InputError(
+      fmt::format("'{}' is of a longer film and would be repeated with this one's pictures; remove "
+                  "it and those "
+                  "after it, or give another --output",
+                  next.string()));
+}
+
 /// Puts the file's bytes to where a user wants them: through links, and into pipes.
 void deliver(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::ifstream in(from, std::ios::binary);
@@ -474,9 +487,9 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
     said = child_output(film::encoder_words(encoding), session.stop());
     if (said.exit_code == 0) deliver(unfinished, output);
   } catch (const InputError& error) {
-    said = {kFailed, {}, fmt::format("{}; install FFmpeg", error.what())};
+    said = {.exit_code = kFailed, .err = fmt::format("{}; install FFmpeg", error.what())};
   } catch (const OutputError& error) {
-    said = {kFailed, {}, error.what()};
+    said = {.exit_code = kFailed, .err = error.what()};
   } catch (const Interrupted&) {
     std::filesystem::remove(unfinished, ignored);
     throw;
@@ -484,10 +497,8 @@ void encode(const FilmArguments& arguments, const FilmPlan& plan, Session& sessi
   std::filesystem::remove(unfinished, ignored);
   if (said.exit_code == 0) return;
   while (said.err.ends_with('\n')) said.err.pop_back();
-  constexpr int kSignalled = 128;
-  if (said.exit_code > kSignalled) {
-    said.err += fmt::format("{}signal {} ended it", said.err.empty() ? "" : "; ",
-                            said.exit_code - kSignalled);
+  if (said.signal > 0) {
+    said.err += fmt::format("{}signal {} ended it", said.err.empty() ? "" : "; ", said.signal);
   } else if (said.err.empty()) {
     said.err = fmt::format("FFmpeg ended with code {} and said nothing", said.exit_code);
   }
@@ -516,13 +527,15 @@ int run_film(const FilmArguments& arguments, const FilmPlan& plan, Session& sess
   const Device device = session.open_device(arguments.device);
   const bool makes_film = !plan.is_folder && !plan.is_shared;
   if (makes_film && !film::has_encoder()) {
-    session.console.warn("FFmpeg is not installed, so that the pictures will be drawn and no film");
+    session.console.warn(
+        "FFmpeg is not installed: the pictures will be drawn, but no film will be made");
   }
   base::make_folder(plan.folder);
   // Machines that draw parts of one film share its folder.
   const batch::FolderLock lock(
       plan.folder, plan.is_shared ? batch::FolderLock::Kind::shared : batch::FolderLock::Kind::own);
   base::remove_all_leftovers(plan.folder);
+  if (makes_film) expect_no_further_picture(plan);
   KeptCounter kept;
   const Drawn drawn = draw_pictures(plan, arguments.jobs, scene, device, session, kept);
   session.report_kernels(device);

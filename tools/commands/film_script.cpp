@@ -156,7 +156,9 @@ class ScriptReader {
       attempt([&] { read_options(*options); });
     }
     if (const auto* list = root["key"].as_array()) {
-      for (const toml::node& each : *list) attempt([&] { read_key(*each.as_table()); });
+      for (const toml::node& each : *list) {
+        if (const auto* const table = each.as_table()) attempt([&] { read_key(*table); });
+      }
     }
     make_tracks(root["loop"].as_table());
     if (const auto* dive = root["dive"].as_table()) attempt([&] { read_dive(*dive); });
@@ -210,6 +212,16 @@ class ScriptReader {
     return *value;
   }
 
+  film::Step step_of(const toml::node& node) const {
+    const std::string word = text(node, "step");
+    return at(node, "step", [&] { return film::step_named(word); });
+  }
+
+  film::Loop loop_of(const toml::node& node, const std::string& name) const {
+    const std::string word = text(node, name);
+    return at(node, name, [&] { return film::loop_named(word); });
+  }
+
   void read_film(const toml::table& root) {
     const auto* const film = root["film"].as_table();
     if (film == nullptr) {
@@ -249,9 +261,9 @@ class ScriptReader {
       }
       script_.shutter = *share;
     } else if (name == "step") {
-      step_ = at(node, name, [&] { return film::step_named(text(node, name)); });
+      step_ = step_of(node);
     } else if (name == "loop") {
-      loop_ = at(node, name, [&] { return film::loop_named(text(node, name)); });
+      loop_ = loop_of(node, name);
     } else if (name == "keys") {
       script_.keys = (file_.parent_path() / text(node, name)).string();
     } else {
@@ -356,8 +368,7 @@ class ScriptReader {
       if (!time || !std::isfinite(*time)) fail(table, "this [[key]] has no 'at', in seconds");
     });
     if (const toml::node* const word = table.get("step")) {
-      attempt(
-          [&] { step = at(*word, "step", [&] { return film::step_named(text(*word, "step")); }); });
+      attempt([&] { step = step_of(*word); });
     }
     for (auto&& [key, node] : table) {
       const std::string name(key.str());
@@ -446,7 +457,7 @@ class ScriptReader {
         attempt([&, &word = node, name = base::dashed(std::string(key.str()))] {
           if (are_all_read && !keys_.contains(name))
             fail(word, fmt::format("'{}' has no key to loop", name));
-          by_name[name] = at(word, name, [&] { return film::loop_named(text(word, name)); });
+          by_name[name] = loop_of(word, name);
         });
       }
     }
@@ -652,8 +663,10 @@ View view_at(const FilmScript& script, const View& base, double time,
   if (script.dive) {
     PictureOptions& picture = view.picture;
     const double aspect = static_cast<double>(picture.width) / picture.height;
+    // The whole way in whole pictures, however long the film is to be.
     picture.camera =
-        script.dive->moved(script.dive->placed(picture.camera, aspect), time / script.seconds);
+        script.dive->moved(script.dive->placed(picture.camera, aspect),
+                           time * script.rate / static_cast<double>(script.pictures()));
   }
   return view;
 }

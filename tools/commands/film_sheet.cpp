@@ -46,7 +46,8 @@ int run_sheet(const SheetArguments& arguments, const SheetPlan& plan, Session& s
   base.picture.width = std::max(1, base.picture.width / reduction);
   base.picture.height = std::max(1, base.picture.height / reduction);
   const std::vector<View> all = script.views(base);
-  const std::size_t count = std::min(all.size(), static_cast<std::size_t>(arguments.pictures));
+  const std::size_t count =
+      std::min(script.pictures(), static_cast<std::size_t>(arguments.pictures));
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < count; ++i) {
     numbers.push_back(count == 1 ? 0 : i * (all.size() - 1) / (count - 1));

@@ -113,7 +113,8 @@ ChildOutput child_output(const std::vector<std::string>& words, const std::stop_
   }
   throw_if_stopped(stop);
   constexpr int kSignalled = 128;
-  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
+  if (WIFSIGNALED(status)) result.signal = WTERMSIG(status);
+  result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + result.signal;
   return result;
 }
 

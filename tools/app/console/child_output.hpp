@@ -10,7 +10,8 @@ namespace qjulia::tools {
 
 struct ChildOutput {
   int exit_code = 0;  ///< 128 and the signal's number where a signal ended it
-  std::string out, err;
+  int signal = 0;     ///< that ended it; 0: none
+  std::string out{}, err{};
 };
 
 /// Runs a program to its end, or until a stop is requested, which ends it too.
