@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "qjulia/base/progress.hpp"
+
 namespace qjulia::morph {
 namespace {
 
@@ -10,7 +12,8 @@ constexpr std::size_t kUnpaired = std::numeric_limits<std::size_t>::max();
 }  // namespace
 
 std::vector<std::size_t> least_cost_pairs(
-    std::size_t count, const std::function<double(std::size_t row, std::size_t column)>& cost) {
+    std::size_t count, const std::function<double(std::size_t row, std::size_t column)>& cost,
+    const std::stop_token& stop) {
   std::vector<double> costs(count * count);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < count; ++j) costs[i * count + j] = cost(i, j);
@@ -18,6 +21,7 @@ std::vector<std::size_t> least_cost_pairs(
   std::vector<double> row_price(count), column_price(count);
   std::vector<std::size_t> row_of(count, kUnpaired), column_of(count, kUnpaired);
   for (std::size_t start = 0; start < count; ++start) {
+    throw_if_stopped(stop);
     // Dijkstra over reduced costs, from the row to the nearest column that is free.
     std::vector<double> way(count, std::numeric_limits<double>::infinity());
     std::vector<std::size_t> from(count, start);  // the row before each column

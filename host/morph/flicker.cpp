@@ -11,7 +11,6 @@
 namespace qjulia {
 namespace {
 
-constexpr int kLeastFlickerCells = 8, kMostFlickerCells = 256;
 /// A step is judged by itself, the one before and two after it.
 constexpr std::size_t kJudgedTogether = 4;
 

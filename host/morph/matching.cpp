@@ -1,9 +1,12 @@
 #include "morph/matching.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "morph/assignment.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::morph {
 namespace {
@@ -25,10 +28,16 @@ double mean_exponent(const std::vector<Factor>& factors) {
 
 }  // namespace
 
-Matching matched(const Dynamics& from, const Dynamics& to) {
+Matching matched(const Dynamics& from, const Dynamics& to, const std::stop_token& stop) {
   const std::vector<Factor> first = off_slice(from), second = off_slice(to);
   const double unit_a = mean_exponent(first), unit_b = mean_exponent(second);
   const std::size_t count = std::max(first.size(), second.size());
+  if (count > kMostMorphFactors) {
+    throw InputError(fmt::format(
+        "a map of the morph has {} factors, and {} is the most that can be paired; make one of "
+        "fewer with 'qjulia convert --factors-at-most'",
+        count, kMostMorphFactors));
+  }
   const auto pair_cost = [&](std::size_t i, std::size_t j) {
     const double a = i < first.size() ? first[i].exponent / unit_a : 0;
     const double b = j < second.size() ? second[j].exponent / unit_b : 0;
@@ -37,7 +46,7 @@ Matching matched(const Dynamics& from, const Dynamics& to) {
     const Quaternion way = second[j].center - first[i].center;
     return 0.5 * (std::abs(a) + std::abs(b)) * dot(way, way) + change;
   };
-  const std::vector<std::size_t> pair_of = least_cost_pairs(count, pair_cost);
+  const std::vector<std::size_t> pair_of = least_cost_pairs(count, pair_cost, stop);
 
   Matching result;
   std::vector<std::size_t> place(second.size());  // in the product, of the second map's factors

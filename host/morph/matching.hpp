@@ -1,6 +1,7 @@
 #pragma once
 /// Factors of two maps paired, and what lies between them.
 
+#include <stop_token>
 #include <vector>
 
 #include "qjulia/map/map.hpp"
@@ -21,7 +22,7 @@ struct Matching {
 /// Pairs so that the least is moved: a pair costs ½ (|a| + |b|) |c_a − c_b|² + ρ² (a − b)², with
 /// exponents over the mean of their map, and ρ a sixth of the shapes' side; what is left over costs
 /// ρ² a². The order is the first map's; a factor of the second one alone follows the one that it
-/// follows there.
-Matching matched(const Dynamics& from, const Dynamics& to);
+/// follows there. @throws InputError for more than kMostMorphFactors factors; Interrupted.
+Matching matched(const Dynamics& from, const Dynamics& to, const std::stop_token& stop = {});
 
 }  // namespace qjulia::morph

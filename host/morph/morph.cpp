@@ -85,8 +85,7 @@ struct Morph::Impl {
   Impl(const Device& on, const Map& first, const Map& second, ProgressMonitor watched)
       : device(on), from(on, first), to(on, second), monitor(std::move(watched)) {
     expect_way();
-    matching = morph::matched(from.map.dynamics, to.map.dynamics);
-    throw_if_stopped(monitor.stop);
+    matching = morph::matched(from.map.dynamics, to.map.dynamics, monitor.stop);
     if (from.map.dynamics.is_rational()) draw_points();
   }
 
@@ -226,10 +225,9 @@ struct Morph::Impl {
     const auto& a = std::get<DistanceModulus>(from.map.dynamics.modulus);
     const auto& b = std::get<DistanceModulus>(to.map.dynamics.modulus);
     const auto distances = [&](std::span<const Eigen::Vector3d> places) {
-      std::vector<Quaternion> at;
-      for (const Eigen::Vector3d& x : places) at.push_back({x.x(), x.y(), x.z(), 0});
-      std::vector<double> blended = from.distance.at(at);
-      const std::vector<double> second = to.distance.at(std::move(at));
+      // Grids hold distances at W = 0; the slice is applied to the result.
+      std::vector<double> blended = from.distance.at(on_slice(places, -from.map.dynamics.slice));
+      const std::vector<double> second = to.distance.at(on_slice(places, -to.map.dynamics.slice));
       for (std::size_t i = 0; i < blended.size(); ++i) {
         blended[i] = between(blended[i], second[i], t);
       }

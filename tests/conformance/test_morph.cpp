@@ -97,6 +97,13 @@ TEST_CASE("factors are paired with near ones of like exponents, and the rest fad
   const morph::Matching back = morph::matched(to, from);
   CHECK(back.pairs.vanishing == 1);
   CHECK(back.factors[1].to.exponent == 0);
+  std::stop_source stopped;
+  stopped.request_stop();
+  CHECK_THROWS_AS(morph::matched(from, to, stopped.get_token()), Interrupted);
+  to.factors.resize(kMostMorphFactors + 1);
+  CHECK_THROWS_WITH(morph::matched(from, to),
+                    Catch::Matchers::ContainsSubstring("has 4001 factors") &&
+                        Catch::Matchers::ContainsSubstring("--factors-at-most"));
 }
 
 TEST_CASE("a morph of fitted maps follows the blended potential from one shape to the other") {
@@ -137,6 +144,9 @@ TEST_CASE("a morph of exact maps blends their distances") {
   CHECK(distance_from_blend(morph.at(0), a, b, 0) < 0.003);
   CHECK(distance_from_blend(morph.at(0.5), a, b, 0.5) < 0.003);
   CHECK(distance_from_blend(morph.at(1), a, b, 1) < 0.003);
+  Map sliced = a;
+  sliced.dynamics.slice = 0.4;  // it is applied once
+  CHECK(distance_from_blend(Morph(morph_device(), sliced, b).at(0), a, b, 0) < 0.003);
   const Map fitted = test::random_map(12, 0.001, 0.6, 5);
   CHECK_THROWS_AS(Morph(morph_device(), a, fitted), InputError);
   FlickerMeter meter(morph_device(), morph.box(), 24);

@@ -170,6 +170,17 @@ TEST_CASE("bad option values are refused") {
   const std::string mesh =
       folder.file("sphere.obj", qjulia::test::obj_text(qjulia::shapes::sphere(2)));
   const std::string map = folder.file("map.qjulia.json", good_map().dump());
+  check_refused(folder, {"morph", map, map, "-o", folder / "steps", "--flicker-cells", "3"},
+                "--flicker-cells: 3 is out of range; give 8 to 256");
+  const auto convert = [&](const std::vector<std::string>& options, const std::string& what) {
+    std::vector<std::string> words{"convert", map, folder / "out.qjulia.json"};
+    words.insert(words.end(), options.begin(), options.end());
+    check_refused(folder, words, what);
+  };
+  convert({"--target-resolution", "64"}, "--target-resolution: there is no target");
+  convert({"--versor-from", map, "--factors-at-most", "9"}, "--factors-at-most: it does not go");
+  convert({"--versor-from", map, "--phase", "0", "1", "0", "0"}, "--phase: it turns the versor");
+  convert({"--versor-from", map, "--order-seed", "2"}, "--order-seed: it turns the versor");
   const auto fit = [&](const std::string& option, const std::string& value) {
     check_refused(folder, {"fit", mesh, "-o", folder / "out.qjulia.json", option, value},
                   option.substr(2));

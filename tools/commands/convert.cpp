@@ -150,10 +150,25 @@ void write_formula(const Map& map, const Refit& refitted, const Device& device,
       {{"formula", path}, {"factors", map.dynamics.factors.size()}, {"refit", refitted.json}});
 }
 
+/// @throws InputError for options that concern the versor, which the other map's replaces
+void expect_own_versor_unused(const ConvertArguments& arguments) {
+  if (arguments.most_factors) {
+    throw InputError(
+        "--factors-at-most: it does not go with --versor-from; convert one map after the other");
+  }
+  for (const std::string& name : arguments.map_options.given()) {
+    if (name.starts_with("--phase") || name.starts_with("--order")) {
+      throw InputError(fmt::format(
+          "{}: it turns the versor, which --versor-from replaces; turn it on the result", name));
+    }
+  }
+}
+
 Plan plan_convert(const ConvertArguments& arguments) {
   arguments.map_options.knobs.validate();
   arguments.target.validate();
   if (is_of_field(arguments)) return plan_field(arguments);
+  if (!arguments.versor_from.empty()) expect_own_versor_unused(arguments);
   std::vector<std::filesystem::path> inputs{arguments.input};
   if (!arguments.portals.empty()) inputs.emplace_back(arguments.portals);
   if (!arguments.versor_from.empty()) inputs.emplace_back(arguments.versor_from);

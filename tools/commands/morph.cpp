@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/output_file.hpp"
+#include "base/range_check.hpp"
 #include "commands/commands.hpp"
 #include "describe/files.hpp"
 #include "qjulia/base/error.hpp"
@@ -38,6 +39,10 @@ Plan plan_morph(const MorphArguments& arguments) {
         "has",
         arguments.output));
   }
+  if (arguments.flicker_cells != 0) {
+    base::expect_between("flicker_cells", arguments.flicker_cells, kLeastFlickerCells,
+                         kMostFlickerCells);
+  }
   Plan plan{{arguments.from, arguments.to}, {}};
   for (int step = 1; step <= arguments.steps; ++step) {
     plan.outputs.push_back({"--output", step_file(arguments.output, step), {}, true});
@@ -58,6 +63,17 @@ nlohmann::json to_json(const Flicker& flicker) {
   return {{"mean", flicker.mean}, {"worst", flicker.worst}, {"changed", flicker.changed}};
 }
 
+/// A morph of fewer steps leaves the rest of a longer one. Nothing removes them.
+void warn_of_further_steps(const MorphArguments& arguments, Session& session) {
+  const std::filesystem::path next = step_file(arguments.output, arguments.steps + 1);
+  std::error_code ignored;
+  if (!std::filesystem::exists(next, ignored)) return;
+  session.console.warn(fmt::format(
+      "'{}' and those after it are of a morph of more steps; remove them, or they become part of "
+      "what is made of this folder",
+      next.string()));
+}
+
 int run_morph(const MorphArguments& arguments, const Plan& /*plan*/, Session& session) {
   const Map from = session.read_map(arguments.from);
   const Map to = session.read_map(arguments.to);
@@ -72,6 +88,7 @@ int run_morph(const MorphArguments& arguments, const Plan& /*plan*/, Session& se
   std::optional<FlickerMeter> meter;
   if (arguments.flicker_cells > 0) meter.emplace(device, morph.box(), arguments.flicker_cells);
   base::make_folder(arguments.output);
+  warn_of_further_steps(arguments, session);
   for (int step = 1; step <= arguments.steps; ++step) {
     const double t = static_cast<double>(step - 1) / (arguments.steps - 1);
     Map map = morph.at(t);
@@ -116,9 +133,10 @@ void describe_morph(Command command, MorphArguments& a) {
       .range(2, 9999);
   command
       .add("--flicker-cells", &a.flicker_cells, "N",
-           "Cells along the longest side of the box that flicker is measured over, 8 to 256; 0 "
-           "leaves it out")
-      .range(0, 256);
+           fmt::format("Cells along the longest side of the box that flicker is measured over, {} "
+                       "to {}; 0 leaves it out",
+                       kLeastFlickerCells, kMostFlickerCells))
+      .range(0, kMostFlickerCells);
   add_device_to_use(command, a.device);
 }
 

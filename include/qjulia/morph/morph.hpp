@@ -32,7 +32,8 @@ struct MorphPairs {
 class Morph {
  public:
   /// @throws InputError where the maps are of different kinds, or of kinds that have no way to each
-  ///   other; where one has portals or paint, or does not say its detail, box or inradius.
+  ///   other; where one has portals or paint, more than kMostMorphFactors factors, or does not say
+  ///   its detail, box or inradius. Interrupted.
   Morph(const Device& device, const Map& from, const Map& to, const ProgressMonitor& monitor = {});
   ~Morph();
   Morph(Morph&&) noexcept;
@@ -48,6 +49,9 @@ class Morph {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+constexpr std::size_t kMostMorphFactors = 4000;  ///< pairs take count³ steps
+constexpr int kLeastFlickerCells = 8, kMostFlickerCells = 256;
 
 /// How much of a sequence of sets flickers: of the cells of a box, those whose centre changes sides
 /// in a step and is back one or two steps later.
