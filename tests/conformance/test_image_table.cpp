@@ -16,6 +16,8 @@
 #include "picture/view.hpp"
 #include "qjulia/map/detail.hpp"
 #include "qjulia/map/field.hpp"
+#include "qjulia/map/knobs.hpp"
+#include "qjulia/map/map_file.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -158,7 +160,6 @@ TEST_CASE("a table is as fine as it has to be") {
   const auto finest = surface::ImageTable::of_ball(device_map, kFinest, {});
   CHECK(finest.is_finest());
   CHECK(finest.first_iterate(kFinest) > 2);
-  CHECK(finest.first_iterate(0) > kMostIterations);  // none of them can be looked up
   double least = kFinest;
   while (finest.first_iterate(least) > 2) least *= 1.1;
   std::size_t bytes = finest.fields().bytes();
@@ -170,6 +171,17 @@ TEST_CASE("a table is as fine as it has to be") {
     bytes = table.fields().bytes();
   }
   CHECK(bytes < finest.fields().bytes());
+}
+
+TEST_CASE(
+    "where images move no farther than points, the first iterate of use is sought to an end") {
+  const Device device = test::shared_device();
+  const Map map = with_knobs(
+      device, read_map(QJULIA_TEST_DATA "/../../docs/maps/bunny.qjulia.json"), {.drift = 0.7435});
+  const map::DeviceMap device_map(device, map, find_stop_radii(device, map), Precision::single);
+  const auto table = surface::ImageTable::of_ball(device_map, 0.01, {});
+  REQUIRE(table.stretch() == 1);
+  CHECK(table.first_iterate(0) > kMostIterations);
 }
 
 TEST_CASE("how far first images move is measured") {
