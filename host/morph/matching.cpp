@@ -34,8 +34,8 @@ Matching matched(const Dynamics& from, const Dynamics& to, const std::stop_token
   const std::size_t count = std::max(first.size(), second.size());
   if (count > kMostMorphFactors) {
     throw InputError(fmt::format(
-        "a map of the morph has {} factors, and {} is the most that can be paired; make one of "
-        "fewer with 'qjulia convert --factors-at-most'",
+        "a map of the morph has {} factors, and {} is the most that can be paired; refit it "
+        "with 'qjulia convert' and `factors_at_most`",
         count, kMostMorphFactors));
   }
   const auto pair_cost = [&](std::size_t i, std::size_t j) {

@@ -103,7 +103,7 @@ TEST_CASE("factors are paired with near ones of like exponents, and the rest fad
   to.factors.resize(kMostMorphFactors + 1);
   CHECK_THROWS_WITH(morph::matched(from, to),
                     Catch::Matchers::ContainsSubstring("has 4001 factors") &&
-                        Catch::Matchers::ContainsSubstring("--factors-at-most"));
+                        Catch::Matchers::ContainsSubstring("`factors_at_most`"));
 }
 
 TEST_CASE("a morph of fitted maps follows the blended potential from one shape to the other") {
