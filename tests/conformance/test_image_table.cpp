@@ -176,8 +176,10 @@ TEST_CASE("a table is as fine as it has to be") {
 TEST_CASE(
     "where images move no farther than points, the first iterate of use is sought to an end") {
   const Device device = test::shared_device();
-  const Map map = with_knobs(
-      device, read_map(QJULIA_TEST_DATA "/../../docs/maps/bunny.qjulia.json"), {.drift = 0.7435});
+  MapKnobs knobs;
+  knobs.drift = 0.7435;
+  const Map bunny = read_map(QJULIA_TEST_DATA "/../../docs/maps/bunny.qjulia.json");
+  const Map map = with_knobs(device, bunny, knobs);
   const map::DeviceMap device_map(device, map, find_stop_radii(device, map), Precision::single);
   const auto table = surface::ImageTable::of_ball(device_map, 0.01, {});
   REQUIRE(table.stretch() == 1);
