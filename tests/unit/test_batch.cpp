@@ -6,10 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <catch2/catch_all.hpp>
 #include <cmath>
+#include <latch>
 #include <map>
+#include <memory>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -452,6 +455,7 @@ TEST_CASE("a shard is read, and what a scheduler says of it") {
   for (const char* wrong : {"", "2", "0/3", "4/3", "2/", "/3", "-1/3", "1/3x", "1/100001"}) {
     CHECK_THROWS_WITH(batch::shard_of(wrong), ContainsSubstring("give I/N"));
   }
+  CHECK(batch::shard_file("x/e.b.jsonl", {2, 3}) == "x/e.b-2-of-3.jsonl");
   using Variables = std::map<std::string, std::string>;
   const auto said = [](const Variables& variables) {
     return batch::scheduled_shard([&](const char* name) {
@@ -467,11 +471,13 @@ TEST_CASE("a shard is read, and what a scheduler says of it") {
   };
   CHECK_FALSE(said({}));
   CHECK(slurm("0", "0", "2", "3")->shard == batch::Shard{1, 3});
-  CHECK(slurm("8", "0", "8", "3")->shard == batch::Shard{3, 3});
-  CHECK(slurm("7", "7", "7", "1")->shard == batch::Shard{1, 1});
-  CHECK_THROWS_WITH(slurm("5", "1", "7", "3"), ContainsSubstring("no regular series"));
-  CHECK_THROWS_WITH(slurm("4", "1", "3", "3"), ContainsSubstring("no regular series"));
-  CHECK_THROWS_WITH(slurm("1", "1", "2", "3"), ContainsSubstring("no regular series"));
+  CHECK(slurm("3", "1", "3", "3")->shard == batch::Shard{3, 3});
+  using Array = std::array<const char*, 4>;
+  for (const auto& [id, first, last, count] :
+       {Array{"2", "2", "2", "1"}, Array{"2", "2", "4", "2"}, Array{"8", "0", "8", "3"},
+        Array{"4", "1", "3", "3"}, Array{"1", "1", "2", "3"}, Array{"1", "1", "1", "1"}}) {
+    CHECK_THROWS_WITH(slurm(id, first, last, count), ContainsSubstring("give --shard I/N"));
+  }
   CHECK_THROWS_WITH(said({{"SLURM_ARRAY_TASK_ID", "1"}}), ContainsSubstring("--shard 1/1"));
   CHECK_THROWS_WITH(said({{"PBS_ARRAY_INDEX", "1"}}),
                     ContainsSubstring("give --shard $PBS_ARRAY_INDEX/N"));
@@ -503,6 +509,28 @@ TEST_CASE("shards make the entries of the undivided batch, in its order") {
     CHECK(names == "edcba");
   }
   CHECK(batch::read_batch(folder.path(), false).size() == 5);
+  batch::check_division(folder.path(), {2, 2});
+  CHECK_THROWS_WITH(batch::check_division(folder.path(), {1, 3}),
+                    ContainsSubstring("shard of another division than 1/3"));
+  const auto first = folder.path() / "shard-1-of-2", copy = folder.path() / "shard-1-of-2.old";
+  std::filesystem::copy(first, copy);
+  CHECK_THROWS_WITH(batch::merge_shards(folder.path()),
+                    ContainsSubstring("are the same shard") && ContainsSubstring(copy.string()));
+  std::filesystem::remove_all(copy);
+  const auto refuses = [&](const std::string& file, const std::string& from, const std::string& to,
+                           const std::string& why) {
+    const std::string name = "shard-1-of-2/" + file, text = read_text(folder / name);
+    std::string wrong = text;
+    REQUIRE(wrong.find(from) != std::string::npos);
+    wrong.replace(wrong.find(from), from.size(), to);
+    folder.file(name, wrong);
+    CHECK_THROWS_WITH(batch::merge_shards(folder.path()), ContainsSubstring(why));
+    folder.file(name, text);
+  };
+  refuses("e.status.json", "\"name\": \"e\"", "\"name\": \"../evil\"", "in the status of 'e'");
+  refuses("batch.json", "\"name\": \"c\"", "\"name\": \"e\"", "5 of 5 entries, with 4 names");
+  refuses("batch.json", "\"entries\": 5", "\"entries\": 6", "5 of 6 entries");
+  refuses("batch.json", "\"manifest_hash\": \"", "\"manifest_hash\": \"0", "another batch");
   std::filesystem::rename(folder.path() / "shard-2-of-2", folder.path() / "shard-9-of-9");
   CHECK(batch::merge_shards(folder.path()).size() == 5);  // the folder's file says which it is
   folder.file("shard-9-of-9/batch.json", "{\"entries\": []}");
@@ -546,7 +574,8 @@ TEST_CASE("metrics are in Prometheus's text format") {
   status.state = batch::EntryState::running;
   status.seconds = 1.5;
   status.energy = 0.25;
-  const std::string text = batch::metrics_text({{status.name, status}}, 3, 12.5);
+  const std::string text =
+      batch::metrics_text({{status.name, {status}}, {"other", {{}, true}}}, 3, 12.5, {});
   const std::string label = R"({entry="a\"b\\c\n",state="running"})";
   CHECK_THAT(text, ContainsSubstring("# TYPE qjulia_batch_entries gauge\n"));
   CHECK_THAT(text, ContainsSubstring("qjulia_batch_entries{state=\"waiting\"} 2\n"));
@@ -554,7 +583,37 @@ TEST_CASE("metrics are in Prometheus's text format") {
   CHECK_THAT(text, ContainsSubstring("qjulia_batch_entry_seconds" + label + " 1.5\n"));
   CHECK_THAT(text, ContainsSubstring("qjulia_batch_entry_energy" + label + " 0.25\n"));
   CHECK_THAT(text, !ContainsSubstring("memory_bytes{"));  // not known
+  CHECK_THAT(text, !ContainsSubstring("other"));          // only its state is known
   CHECK_THAT(text, ContainsSubstring("qjulia_batch_time_seconds 12.500\n"));
+  const std::string of_shard = batch::metrics_text({{"a", {status}}}, 3, 12.5, batch::Shard{2, 3});
+  for (const char* line : {R"(entries{state="waiting",shard="2/3"} 2)",
+                           R"(entry_seconds{entry="a",state="running",shard="2/3"} 1.5)",
+                           R"(time_seconds{shard="2/3"} 12.500)"}) {
+    CHECK_THAT(of_shard, ContainsSubstring(std::string("qjulia_batch_") + line + "\n"));
+  }
+}
+
+TEST_CASE("an entry that begins leaves the most memory of one that runs") {
+  const TemporaryFolder folder;
+  constexpr std::size_t kBytes = std::size_t{256} << 20;
+  std::latch has_allocated(1), has_begun_third(1);
+  const auto work = [&](const batch::BatchEntry& entry, const std::filesystem::path& into,
+                        const ProgressMonitor& monitor) {
+    if (entry.name == "a") {
+      // Every byte is written, so that it counts.
+      std::make_unique<std::vector<char>>(kBytes, 'a').reset();
+      has_allocated.count_down();
+      has_begun_third.wait();
+    }
+    if (entry.name == "b") has_allocated.wait();
+    if (entry.name == "c") has_begun_third.count_down();
+    return write_map(entry, into, monitor);
+  };
+  const batch::Manifest manifest = manifest_of({"a", "b", "c"});
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  batch::run_batch(manifest, {device("one", work), device("two", work)}, options);
+  CHECK(status_of(folder, "a").memory_bytes >= kBytes);
 }
 
 TEST_CASE("entries of a lost rank are done by others") {

@@ -60,6 +60,7 @@ struct Manifest {
   std::filesystem::path file;
   std::optional<Shard> shard{};     ///< whose entries these are; none: all of them
   std::size_t all_entries = 0;      ///< of the whole manifest, where it is divided
+  std::string list_hash{};          ///< of those, where it is divided
   std::vector<BatchEntry> entries;  ///< in the manifest's order; those of a glob by name
 };
 
@@ -133,8 +134,8 @@ struct EntryStatus {
   nlohmann::json settings = nlohmann::json::object();
   Progress progress;             ///< while running
   std::optional<double> energy;  ///< of the latest evaluation of the run
-  /// The most memory that the process had at once in the run, with what else it did meanwhile; 0
-  /// where the system does not say.
+  /// The most memory that the process had at once since it last began an entry while no other ran,
+  /// thus at least in this run; 0 where the system does not say.
   std::uint64_t memory_bytes = 0;
   std::string error;
   std::vector<FailedTry> failed_tries;

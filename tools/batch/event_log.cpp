@@ -116,28 +116,34 @@ void EventLog::write(const BatchEvent& event) {
   write(name_of_event(event.kind), std::move(members));
 }
 
-std::string metrics_text(const std::map<std::string, EntryStatus>& entries, std::size_t all,
-                         double time) {
+std::string metrics_text(const std::map<std::string, KnownEntry>& entries, std::size_t all,
+                         double time, const std::optional<Shard>& shard) {
   std::string text;
+  const std::string shard_label =
+      shard ? fmt::format("shard=\"{}/{}\"", shard->number, shard->count) : std::string();
+  const std::string last_label = shard ? "," + shard_label : std::string();
   const auto describe = [&](const char* name, const char* help) {
     text += fmt::format("# HELP qjulia_batch_{0} {1}\n# TYPE qjulia_batch_{0} gauge\n", name, help);
   };
   std::map<EntryState, std::size_t> counts;
   for (const EntryState state : kEntryStates) counts[state] = 0;
-  for (const auto& [name, entry] : entries) ++counts[entry.state];
+  for (const auto& [name, entry] : entries) ++counts[entry.status.state];
   counts[EntryState::waiting] += all - std::min(all, entries.size());
   describe("entries", "Entries of the batch by state.");
   for (const auto& [state, count] : counts) {
-    text += fmt::format("qjulia_batch_entries{{state=\"{}\"}} {}\n", to_string(state), count);
+    text += fmt::format("qjulia_batch_entries{{state=\"{}\"{}}} {}\n", to_string(state), last_label,
+                        count);
   }
   const auto each = [&](const char* name, const char* help,
                         const std::function<std::optional<double>(const EntryStatus&)>& value) {
     describe(name, help);
-    for (const auto& [entry, status] : entries) {
-      const auto number = value(status);
+    for (const auto& [name_of_entry, entry] : entries) {
+      if (entry.elsewhere) continue;
+      const auto number = value(entry.status);
       if (!number || !std::isfinite(*number)) continue;
-      text += fmt::format("qjulia_batch_{}{{entry={},state=\"{}\"}} {}\n", name,
-                          quoted_label(entry), to_string(status.state), *number);
+      text += fmt::format("qjulia_batch_{}{{entry={},state=\"{}\"{}}} {}\n", name,
+                          quoted_label(name_of_entry), to_string(entry.status.state), last_label,
+                          *number);
     }
   };
   each("entry_seconds", "Wall time of the entry's latest run.",
@@ -153,15 +159,17 @@ std::string metrics_text(const std::map<std::string, EntryStatus>& entries, std:
          return static_cast<double>(status.memory_bytes);
        });
   describe("time_seconds", "Unix time at which this was written.");
-  return text + fmt::format("qjulia_batch_time_seconds {:.3f}\n", time);
+  const std::string labels = shard ? "{" + shard_label + "}" : std::string();
+  return text + fmt::format("qjulia_batch_time_seconds{} {:.3f}\n", labels, time);
 }
 
-MetricsFile::MetricsFile(std::filesystem::path file, std::size_t entries)
-    : file_(std::move(file)), entries_(entries) {}
+MetricsFile::MetricsFile(std::filesystem::path file, std::size_t entries,
+                         std::optional<Shard> shard)
+    : file_(std::move(file)), entries_(entries), shard_(shard) {}
 
 void MetricsFile::note(const BatchEvent& event) {
   if (event.status == nullptr) return;
-  known_[event.status->name] = *event.status;
+  known_[event.status->name] = {*event.status, event.elsewhere};
   constexpr std::chrono::seconds kBetween{2};
   if (std::chrono::steady_clock::now() - written_ > kBetween) write();
 }
@@ -169,7 +177,7 @@ void MetricsFile::note(const BatchEvent& event) {
 void MetricsFile::write() {
   written_ = std::chrono::steady_clock::now();
   const std::chrono::duration<double> time = std::chrono::system_clock::now().time_since_epoch();
-  base::write_file(file_, metrics_text(known_, entries_, time.count()));
+  base::write_file(file_, metrics_text(known_, entries_, time.count(), shard_));
 }
 
 }  // namespace qjulia::batch

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "batch/batch.hpp"
@@ -35,10 +36,16 @@ class EventLog {
   std::map<std::string, std::chrono::steady_clock::time_point> last_;  ///< progress, by entry
 };
 
+/// An entry as one rank knows it.
+struct KnownEntry {
+  EntryStatus status;
+  bool elsewhere = false;  ///< BatchEvent::elsewhere: only its state is known
+};
+
 /// The batch as metrics in Prometheus's text format, for the textfile collector of a node exporter.
 class MetricsFile {
  public:
-  MetricsFile(std::filesystem::path file, std::size_t entries);
+  MetricsFile(std::filesystem::path file, std::size_t entries, std::optional<Shard> shard);
 
   /// Writes the file at most every two seconds. @throws OutputError
   void note(const BatchEvent& event);
@@ -48,12 +55,14 @@ class MetricsFile {
  private:
   std::filesystem::path file_;
   std::size_t entries_;
-  std::map<std::string, EntryStatus> known_;
+  std::optional<Shard> shard_;
+  std::map<std::string, KnownEntry> known_;
   std::chrono::steady_clock::time_point written_;
 };
 
 /// @param entries those that are known. @param all of the batch. @param time Unix time, seconds.
-std::string metrics_text(const std::map<std::string, EntryStatus>& entries, std::size_t all,
-                         double time);
+/// @param shard in every metric's labels.
+std::string metrics_text(const std::map<std::string, KnownEntry>& entries, std::size_t all,
+                         double time, const std::optional<Shard>& shard);
 
 }  // namespace qjulia::batch

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <exception>
 #include <mutex>
@@ -84,6 +85,7 @@ struct Runner {
   Queue& queue;
   const std::function<void(const BatchEvent&)>& observe;
   const std::stop_token& stop;
+  std::atomic<int>& running;  ///< entries, of all runners
   BatchWorker worker{};
   std::set<std::size_t> failed_here{};
   std::set<std::size_t> failed_in_a_row{};
@@ -97,6 +99,14 @@ struct Runner {
 
   /// @return whether the device stays in use.
   bool run_entry(std::size_t index) {
+    // The most memory is the process's: other entries that run need what it has counted.
+    if (running.fetch_add(1) == 0) forget_most_memory();
+    const bool stays = try_entry(index);
+    --running;
+    return stays;
+  }
+
+  bool try_entry(std::size_t index) {
     const BatchEntry& entry = manifest.entries[index];
     EntryStatus status;
     status.name = entry.name;
@@ -112,7 +122,6 @@ struct Runner {
       queue.put_back(number, index, status);
     };
     try {
-      forget_most_memory();
       begin(entry, status);
       if (!worker) worker = device.open();
       EntryResult result = worker(entry, options.folder, monitor(status, start));
@@ -282,13 +291,14 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
   Queue queue(manifest, options, ranks, devices.size(), tell_settled, tell_lost);
   // Told of at the end: telling takes memory, and it may be memory that there is too little of.
   std::vector<std::exception_ptr> failures(devices.size());
+  std::atomic<int> running = 0;
   {
     std::vector<std::jthread> threads;
     threads.reserve(devices.size());
     for (std::size_t i = 0; i < devices.size(); ++i) {
       const auto run = [&, i, stop] {
         try {
-          Runner{i, manifest, devices[i], options, queue, observer, stop}.run();
+          Runner{i, manifest, devices[i], options, queue, observer, stop, running}.run();
         } catch (...) {
           failures[i] = std::current_exception();
         }

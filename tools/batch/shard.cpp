@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "base/fnv_hash.hpp"
 #include "base/input_file.hpp"
 #include "base/output_check.hpp"
 #include "base/output_file.hpp"
@@ -37,25 +40,47 @@ struct ShardFolder {
   std::size_t all_entries = 0;      ///< of the whole batch
   std::vector<std::size_t> places;  ///< of its entries there
   std::string manifest;
+  std::string list_hash;  ///< Manifest::list_hash
   std::vector<EntryStatus> entries;
 };
+
+bool is_file_name(const std::string& name) {
+  return name != "." && name != ".." && std::filesystem::path(name).filename() == name;
+}
 
 ShardFolder read_shard(const std::filesystem::path& path) {
   constexpr std::uint64_t kLargestIndex = std::uint64_t{64} << 20;
   ShardFolder folder;
   folder.path = path;
   folder.entries = read_batch(path, is_locked(path));
+  std::vector<std::string> names;
   try {
     const json index =
         json::parse(base::read_text_file(path / "batch.json", "batch", kLargestIndex));
     const json& shard = index.at("shard");
     folder.shard = {shard.at("number"), shard.at("count")};
     folder.all_entries = shard.at("entries");
+    folder.list_hash = shard.at("manifest_hash");
     folder.manifest = index.at("manifest");
-    for (const json& entry : index.at("entries")) folder.places.push_back(entry.at("place"));
+    for (const json& entry : index.at("entries")) {
+      folder.places.push_back(entry.at("place"));
+      names.push_back(entry.at("name"));
+    }
   } catch (const json::exception&) {
     throw InputError(fmt::format("'{}' is no shard of a batch: its batch.json does not say which",
                                  path.string()));
+  }
+  if (names.size() != folder.entries.size()) {
+    throw InputError(fmt::format("'{}' changes while it is read; merge again", path.string()));
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = folder.entries[i].name;
+    if (name != names[i] || !is_file_name(name)) {
+      throw InputError(fmt::format(
+          "'{}' has '{}' in the status of '{}', which is not what the batch wrote; run the shard "
+          "again",
+          path.string(), name, names[i]));
+    }
   }
   return folder;
 }
@@ -68,7 +93,12 @@ std::vector<ShardFolder> shards_in(const std::filesystem::path& folder) {
     const std::string name = item.path().filename().string();
     if (!name.starts_with("shard-") || !item.is_directory(error)) continue;
     ShardFolder shard = read_shard(item.path());
-    found.insert_or_assign(shard.shard.number, std::move(shard));
+    const std::size_t number = shard.shard.number;
+    const auto [at, is_new] = found.emplace(number, std::move(shard));
+    if (!is_new) {
+      throw InputError(fmt::format("'{}' and '{}' are the same shard; remove one of them",
+                                   at->second.path.string(), item.path().string()));
+    }
   }
   if (error) {
     throw InputError(fmt::format("'{}' cannot be read: {}; give the folder that shards wrote to",
@@ -81,7 +111,7 @@ std::vector<ShardFolder> shards_in(const std::filesystem::path& folder) {
   }
   const ShardFolder& first = found.begin()->second;
   for (const auto& [number, shard] : found) {
-    if (shard.shard.count != first.shard.count || shard.all_entries != first.all_entries) {
+    if (shard.shard.count != first.shard.count || shard.list_hash != first.list_hash) {
       throw InputError(fmt::format(
           "'{}' is a shard of another batch or division than '{}'; remove the older of them",
           shard.path.string(), first.path.string()));
@@ -109,12 +139,33 @@ void copy_whole(const std::filesystem::path& from, const std::filesystem::path& 
   out.commit();
 }
 
+/// Of the undivided list. Paths count by their last part: shards may run on machines on which the
+/// same files lie in different places.
+std::string hash_of_list(const Manifest& manifest) {
+  base::FnvHash hash;
+  const auto add = [&](const std::string& text) {
+    hash.add(text.size());
+    hash.add(text);
+  };
+  for (const BatchEntry& entry : manifest.entries) {
+    add(entry.name);
+    add(entry.mesh.filename().string());
+    for (const ManifestOption& option : entry.options) {
+      add(option.name);
+      for (const std::string& value : option.values) {
+        add(std::filesystem::path(value).filename().string());
+      }
+    }
+  }
+  return hash.text();
+}
+
 /// Files of an entry, which must lie in its shard's folder.
 std::vector<std::string> own_files(const EntryStatus& entry) {
   std::vector<std::string> files;
   if (entry.state != EntryState::done) return files;
   for (const std::string& name : entry.files) {
-    if (std::filesystem::path(name).filename() == name) files.push_back(name);
+    if (is_file_name(name)) files.push_back(name);
   }
   return files;
 }
@@ -144,14 +195,15 @@ std::optional<ScheduledShard> scheduled_shard(
     const std::size_t task = number("SLURM_ARRAY_TASK_ID"), first = number("SLURM_ARRAY_TASK_MIN"),
                       last = number("SLURM_ARRAY_TASK_MAX"),
                       count = number("SLURM_ARRAY_TASK_COUNT");
-    const bool is_known = last <= kMostShards && first <= task && task <= last && count >= 1;
-    const std::size_t step = is_known && count > 1 ? (last - first) / (count - 1) : 1;
-    if (!is_known || step < 1 || first + (count - 1) * step != last || (task - first) % step != 0) {
+    // Other arrays may be tasks of a larger one that are done again.
+    const bool is_whole = count > 1 && last <= kMostShards && first <= 1 && first <= task &&
+                          task <= last && last - first + 1 == count;
+    if (!is_whole) {
       throw InputError(
-          "SLURM_ARRAY_TASK_ID is set, and its array is no regular series such as 1-3 or 0-8:4, so "
+          "SLURM_ARRAY_TASK_ID is set, and its array is not 1-N or 0-(N-1) with N of 2 or more, so "
           "the shard is not known; give --shard I/N, or --shard 1/1 for the whole batch");
     }
-    return ScheduledShard{{(task - first) / step + 1, count}, "SLURM_ARRAY_TASK_ID"};
+    return ScheduledShard{{task - first + 1, count}, "SLURM_ARRAY_TASK_ID"};
   }
   for (const char* const name : {"PBS_ARRAY_INDEX", "PBS_ARRAYID"}) {
     if (variable(name) == nullptr) continue;
@@ -163,8 +215,24 @@ std::optional<ScheduledShard> scheduled_shard(
   return std::nullopt;
 }
 
+void check_division(const std::filesystem::path& folder, const Shard& shard) {
+  std::error_code ignored;
+  for (const auto& item : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::string name = item.path().filename().string();
+    std::size_t number = 0, count = 0;
+    int end = 0;
+    const int read = std::sscanf(name.c_str(), "shard-%zu-of-%zu%n", &number, &count, &end);
+    if (read != 2 || static_cast<std::size_t>(end) != name.size() || count == shard.count) continue;
+    throw InputError(fmt::format(
+        "'{}' is a shard of another division than {}/{}; give --shard I/{} to do one of its "
+        "shards, or another --output",
+        item.path().string(), shard.number, shard.count, count));
+  }
+}
+
 void keep_shard(Manifest& manifest, const Shard& shard) {
   manifest.shard = shard;
+  manifest.list_hash = hash_of_list(manifest);
   manifest.all_entries = manifest.entries.size();
   std::vector<BatchEntry> kept;
   for (std::size_t i = shard.number - 1; i < manifest.entries.size(); i += shard.count) {
@@ -178,12 +246,18 @@ std::filesystem::path shard_folder(const std::filesystem::path& folder, const Sh
   return folder / fmt::format("shard-{}-of-{}", shard.number, shard.count);
 }
 
+std::filesystem::path shard_file(const std::filesystem::path& file, const Shard& shard) {
+  return file.parent_path() / fmt::format("{}-{}-of-{}{}", file.stem().string(), shard.number,
+                                          shard.count, file.extension().string());
+}
+
 std::vector<EntryStatus> merge_shards(const std::filesystem::path& folder) {
   std::vector<ShardFolder> shards = shards_in(folder);
   const FolderLock lock(folder);
   const std::size_t all = shards.front().all_entries;
   std::vector<std::filesystem::path> inputs;
   std::vector<base::Output> outputs;
+  std::set<std::string> names;
   std::map<std::size_t, std::pair<const ShardFolder*, const EntryStatus*>> by_place;
   for (const ShardFolder& shard : shards) {
     for (std::size_t i = 0; i < shard.entries.size(); ++i) {
@@ -192,9 +266,15 @@ std::vector<EntryStatus> merge_shards(const std::filesystem::path& folder) {
         throw InputError(fmt::format(
             "'{}' has an entry in a place of another; run the shards again", shard.path.string()));
       }
+      names.insert(entry.name);
       inputs.emplace_back(entry.mesh);
       for (const std::string& name : own_files(entry)) outputs.push_back({"merged", folder / name});
     }
+  }
+  if (by_place.size() != all || names.size() != all) {
+    throw InputError(
+        fmt::format("the shards in '{}' hold {} of {} entries, with {} names; run the shards again",
+                    folder.string(), by_place.size(), all, names.size()));
   }
   base::check_distinct(inputs, outputs);
   json index = json::array();

@@ -146,7 +146,8 @@ void write_index(const Manifest& manifest, const BatchOptions& options) {
   if (manifest.shard) {
     index["shard"] = {{"number", manifest.shard->number},
                       {"count", manifest.shard->count},
-                      {"entries", manifest.all_entries}};
+                      {"entries", manifest.all_entries},
+                      {"manifest_hash", manifest.list_hash}};
   }
   write_json(options.folder / "batch.json", index);
 }

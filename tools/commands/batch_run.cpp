@@ -85,9 +85,59 @@ std::vector<batch::EntryStatus> final_states(const std::filesystem::path& folder
   return entries;
 }
 
+/// What a run writes where FILE is asked for.
+std::filesystem::path own_file(const std::string& file, const std::optional<batch::Shard>& shard) {
+  return shard ? batch::shard_file(file, *shard) : std::filesystem::path(file);
+}
+
+/// The files for programs that watch the batch.
+struct Watchers {
+  std::optional<batch::EventLog> log;
+  std::optional<batch::MetricsFile> metrics;  ///< rank 0's
+
+  Watchers(const BatchArguments& arguments, const batch::Manifest& manifest, int rank) {
+    if (!arguments.events.empty()) {
+      log.emplace(own_file(arguments.events, manifest.shard), arguments.resume || rank > 0, rank);
+      nlohmann::json began{{"entries", manifest.entries.size()}, {"resume", arguments.resume}};
+      if (manifest.shard) {
+        began["shard"] = fmt::format("{}/{}", manifest.shard->number, manifest.shard->count);
+      }
+      log->write("batch_started", std::move(began));
+    }
+    if (rank == 0 && !arguments.metrics.empty()) {
+      metrics.emplace(own_file(arguments.metrics, manifest.shard), manifest.entries.size(),
+                      manifest.shard);
+      metrics->write();
+    }
+  }
+
+  /// The batch goes on where one of the files can no longer be written.
+  void note(const batch::BatchEvent& event) {
+    if (log) log->write(event);
+    if (!metrics) return;
+    try {
+      metrics->note(event);
+    } catch (const OutputError&) {
+      // `end` writes it again, and tells of what is wrong then.
+    }
+  }
+
+  void end(Session& session) {
+    if (log && log->has_failed()) {
+      session.console.warn("--events: lines are missing, since they could not be written");
+    }
+    if (!metrics) return;
+    try {
+      metrics->write();
+    } catch (const OutputError& error) {
+      session.console.warn(fmt::format("--prometheus: {}", error.what()));
+    }
+  }
+};
+
 /// @param settled entries that are done or have failed, as this run has found or made them.
 int finish(const std::filesystem::path& folder, std::size_t settled,
-           const std::vector<batch::EntryStatus>& unsaved, batch::EventLog* log, Session& session) {
+           const std::vector<batch::EntryStatus>& unsaved, Watchers& watchers, Session& session) {
   const auto entries = final_states(folder, unsaved);
   for (const batch::EntryStatus& status : unsaved) {
     if (status.state != batch::EntryState::done) continue;
@@ -121,12 +171,13 @@ int finish(const std::filesystem::path& folder, std::size_t settled,
   nlohmann::json json = report_json(entries);
   json["seconds"] = session.seconds();
   json["folder"] = folder.string();
-  if (log != nullptr) {
-    log->write("batch_ended", {{"entries", entries.size()},
-                               {"done", done},
-                               {"failed", count(entries, batch::EntryState::failed)},
-                               {"seconds", session.seconds()}});
+  if (watchers.log) {
+    watchers.log->write("batch_ended", {{"entries", entries.size()},
+                                        {"done", done},
+                                        {"failed", count(entries, batch::EntryState::failed)},
+                                        {"seconds", session.seconds()}});
   }
+  watchers.end(session);
   session.console.summary(text, json);
   if (!unwritten.empty()) throw OutputError(unwritten);
   if (done == entries.size() && not_again == 0) return kDone;
@@ -170,17 +221,22 @@ std::optional<batch::Shard> wanted_shard(const BatchArguments& arguments, Sessio
   return scheduled->shard;
 }
 
-void check_watched_files(const BatchArguments& arguments, Session& session) {
+void check_watched_files(const BatchArguments& arguments, const std::optional<batch::Shard>& shard,
+                         Session& session) {
   std::vector<base::Output> outputs;
-  if (!arguments.events.empty()) outputs.push_back({"--events", arguments.events, {".jsonl"}});
-  if (!arguments.metrics.empty()) outputs.push_back({"--prometheus", arguments.metrics, {".prom"}});
+  if (!arguments.events.empty())
+    outputs.push_back({"--events", own_file(arguments.events, shard), {".jsonl"}});
+  if (!arguments.metrics.empty())
+    outputs.push_back({"--prometheus", own_file(arguments.metrics, shard), {".prom"}});
   if (!outputs.empty()) session.check_outputs({{arguments.manifest}, outputs});
 }
 
 BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Session& session) {
-  if (ranks.rank() == 0) check_watched_files(arguments, session);
+  const auto shard = wanted_shard(arguments, session);
+  if (ranks.rank() == 0) check_watched_files(arguments, shard, session);
   BatchStart start{read_manifest(arguments.manifest, arguments.resume, session.stop()), {}, {}, {}};
-  if (const auto shard = wanted_shard(arguments, session)) {
+  if (shard) {
+    batch::check_division(arguments.folder, *shard);
     batch::keep_shard(start.manifest, *shard);
     use_own_kernel_cache(*shard);
   }
@@ -196,52 +252,6 @@ BatchStart start(const BatchArguments& arguments, const LaunchedRanks& ranks, Se
   }
   return start;
 }
-
-/// The files for programs that watch the batch.
-struct Watchers {
-  std::optional<batch::EventLog> log;
-  std::optional<batch::MetricsFile> metrics;  ///< rank 0's
-  std::string problem;                        ///< why the metrics are not up to date
-
-  Watchers(const BatchArguments& arguments, const batch::Manifest& manifest, int rank) {
-    if (!arguments.events.empty()) {
-      log.emplace(arguments.events, arguments.resume || rank > 0, rank);
-      nlohmann::json began{{"entries", manifest.entries.size()}, {"resume", arguments.resume}};
-      if (manifest.shard) {
-        began["shard"] = fmt::format("{}/{}", manifest.shard->number, manifest.shard->count);
-      }
-      log->write("batch_started", std::move(began));
-    }
-    if (rank == 0 && !arguments.metrics.empty()) {
-      metrics.emplace(arguments.metrics, manifest.entries.size());
-      metrics->write();
-    }
-  }
-
-  /// The batch goes on where one of the files can no longer be written.
-  void note(const batch::BatchEvent& event) {
-    if (log) log->write(event);
-    if (!metrics) return;
-    try {
-      metrics->note(event);
-    } catch (const OutputError& error) {
-      problem = error.what();
-    }
-  }
-
-  void end(Session& session) {
-    if (log && log->has_failed()) {
-      session.console.warn("--events: lines are missing, since they could not be written");
-    }
-    if (!metrics) return;
-    try {
-      metrics->write();
-    } catch (const OutputError& error) {
-      problem = error.what();
-    }
-    if (!problem.empty()) session.console.warn("--prometheus: " + problem);
-  }
-};
 
 int run_batch(const BatchArguments& arguments, Session& session) {
   LaunchedRanks ranks;
@@ -259,12 +269,16 @@ int run_batch(const BatchArguments& arguments, Session& session) {
   std::size_t settled = 0;
   std::vector<batch::EntryStatus> unsaved;
   std::optional<Watchers> watchers;
-  // Before the rounds, which every rank has to join.
-  if (const int code = together(ranks, [&]() -> int {
-        watchers.emplace(arguments, manifest, ranks.rank());
-        return kDone;
-      })) {
-    return code;
+  // Before the rounds, which every rank has to join; rank 0 first, since it may empty the file.
+  for (const bool is_first : {true, false}) {
+    if (const int code = together(ranks, [&]() -> int {
+          if ((ranks.rank() == 0) == is_first) {
+            watchers.emplace(arguments, manifest, ranks.rank());
+          }
+          return kDone;
+        })) {
+      return code;
+    }
   }
   const int code = together(ranks, [&]() -> int {
     BatchDisplay display(session.console, manifest.entries.size());
@@ -280,11 +294,9 @@ int run_batch(const BatchArguments& arguments, Session& session) {
     return unsaved.empty() ? kDone : kFailed;
   });
   const int finished = together(ranks, [&]() -> int {
-    batch::EventLog* const log = watchers->log ? &*watchers->log : nullptr;
-    const int found =
-        ranks.rank() == 0 ? finish(options.folder, settled, unsaved, log, session) : kDone;
+    if (ranks.rank() == 0) return finish(options.folder, settled, unsaved, *watchers, session);
     watchers->end(session);
-    return found;
+    return kDone;
   });
   ranks.leave(std::max(code, finished));
   return std::max(code, finished);
@@ -314,20 +326,23 @@ void describe_batch(Command command, BatchArguments& a) {
   command
       .file("--events", a.events, "FILE.jsonl",
             "Also write what happens, when it happens, a JSON object a line: starts, ends, errors, "
-            "and each second the energy of every fit that runs. With --resume, lines are added")
+            "and each second the energy of every fit that runs. With --resume, lines are added. "
+            "Shard "
+            "I of N writes FILE-I-of-N.jsonl")
       .offers_files({".jsonl"});
   command
       .file("--prometheus", a.metrics, "FILE.prom",
             "Also keep states, seconds, memory and energies of entries in a file of metrics, for "
-            "the textfile collector of Prometheus's node exporter")
+            "the textfile collector of Prometheus's node exporter. Shard I of N writes "
+            "FILE-I-of-N.prom")
       .offers_files({".prom"});
   command
       .word(
           "--rank-timeout", "SECONDS",
           [&a](const std::string& text) { a.rank_timeout = timeout_in(text); },
-          "Under mpirun: a rank that has not answered for so long, 1 to 86400, is given up, and "
-          "others "
-          "do its entries. If it is rank 0, the batch ends after twice that time")
+          "Under mpirun, give up a rank that has not answered for SECONDS (1 to 86400) while "
+          "entries run; others do its entries. If rank 0 is lost, the batch ends after twice that "
+          "time")
       .default_text("60");
   add_device_to_use(command, a.device);
 }
