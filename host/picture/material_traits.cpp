@@ -4,15 +4,22 @@
 #include <cmath>
 #include <numbers>
 
-#include "qjulia/picture/materials.hpp"
-
 namespace qjulia::picture {
 using Eigen::Vector3d;
 
 std::vector<float> material_traits(const OrbitsTell& orbits, const Coloring& coloring,
                                    const std::vector<Vector3d>& points,
                                    std::span<const double> widths) {
-  if (facts_of(coloring.material).is_of_orbits) return orbits(points, widths);
+  switch (coloring.material) {
+    case Material::iterations:
+    case Material::trap:
+    case Material::groove:
+    case Material::factor:
+      return orbits(points, widths);
+    case Material::height:
+    case Material::clay:  // whose numbers are not looked at
+      break;
+  }
   std::vector<float> heights;
   heights.reserve(points.size());
   for (const Vector3d& point : points) {

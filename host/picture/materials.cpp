@@ -57,6 +57,14 @@ static_assert([] {
   }
   return true;
 }());
+static_assert([] {
+  for (const MaterialFacts& one : kMaterials) {
+    for (const MaterialFacts& other : kMaterials) {
+      if (&one != &other && one.trait == other.trait) return false;
+    }
+  }
+  return true;
+}());
 
 }  // namespace
 
@@ -77,7 +85,12 @@ const char* to_string(Material material) { return facts_of(material).word; }
 const MaterialFacts& facts_of(Material material) {
   const auto index = static_cast<std::size_t>(material);
   if (index < kMaterials.size()) return kMaterials[index];
-  throw OptionError("material", fmt::format("there is none of number {}", index));
+  std::string words;
+  for (const MaterialFacts& facts : kMaterials) {
+    words += fmt::format("{}{}", words.empty() ? "" : ", ", facts.word);
+  }
+  throw OptionError("material", fmt::format("{} is no material; give one of {}",
+                                            static_cast<int>(material), words));
 }
 
 }  // namespace qjulia

@@ -15,6 +15,13 @@
 #endif
 
 namespace qjulia::profiling {
+namespace {
+
+/// Nanoseconds of each thread's CPU time between its samples, in step with nothing else; so many
+/// that the log lasts two minutes.
+long sampling_period(std::size_t threads) { return 997'000 * static_cast<long>((threads + 1) / 2); }
+
+}  // namespace
 
 #if defined(__linux__) && defined(__x86_64__)
 namespace {
@@ -68,8 +75,9 @@ struct CodeSampler::Impl {
     if (!has_log) return;
     for (std::atomic<std::uint64_t>& address : samples_taken.addresses) address = 0;
     samples_taken.count = 0;
-    // Nanoseconds of CPU time, in step with nothing else; so many that the log lasts two minutes.
-    const long period = 997'000 * static_cast<long>((threads.size() + 1) / 2);
+    const long period = sampling_period(threads.size());
+    const auto all = static_cast<long>(threads.size());
+    long first = 0;
     for (const int thread : threads) {
       sigevent event{};
       event.sigev_notify = SIGEV_THREAD_ID;
@@ -78,7 +86,8 @@ struct CodeSampler::Impl {
       timer_t timer{};
       if (::timer_create(cpu_clock_of(thread), &event, &timer) != 0) continue;
       timers.push_back(timer);
-      const itimerspec every{{0, period}, {0, period}};
+      // Threads that do a share of a period each are seen too.
+      const itimerspec every{{0, period}, {0, period * ++first / all}};
       ::timer_settime(timer, 0, &every, nullptr);
     }
   }
@@ -146,12 +155,14 @@ CodeSampler::~CodeSampler() = default;
 
 KernelMixes sampled_code(const std::shared_ptr<const WorkerClock>& clock,
                          const std::function<void()>& run) {
-  constexpr double kCpuSeconds = 0.3;
   constexpr int kMostRuns = 20;
   const CodeSampler sampler(clock);
   if (!sampler.is_sampling()) return {};
+  // 300 samples or so, however many threads share the time.
+  const double cpu_seconds =
+      300 * 1e-9 * static_cast<double>(sampling_period(clock->threads().size()));
   const double before = clock->seconds();
-  for (int i = 0; i < kMostRuns && clock->seconds() - before < kCpuSeconds; ++i) run();
+  for (int i = 0; i < kMostRuns && clock->seconds() - before < cpu_seconds; ++i) run();
   return sampler.mixes();
 }
 

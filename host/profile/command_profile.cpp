@@ -120,8 +120,8 @@ std::vector<KernelShare> kernel_shares(const Trace& trace,
     kernel.share_low = found.low;
     kernel.share_high = found.high;
     kernel.share_verdict = found.verdict;
-    kernel.limited_by =
-        limited_by(kernel.work, spent, measure.roofs, roof.limit, found.verdict, found.share, code);
+    kernel.limited_by = limited_by(kernel.work, spent, measure.roofs, roof.limit, found.verdict,
+                                   found.share, code, is_busy);
     kernels.push_back(std::move(kernel));
   }
   std::ranges::stable_sort(kernels, std::greater<>(), &KernelShare::seconds);

@@ -109,10 +109,12 @@ JudgedShare judged_runs(const KernelWork& work, const std::vector<MeasuredRun>& 
 
 std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& roofs,
                        const std::string& limit, const std::string& verdict,
-                       const std::optional<double>& share, const InstructionMix* mix) {
+                       const std::optional<double>& share, const InstructionMix* mix,
+                       bool is_busy) {
   const auto known_ceiling = ceiling_of(mix, roofs, work.is_double);
   if (verdict == "not now") {
-    std::string why = "cannot be judged now: other programs take the processors";
+    std::string why = is_busy ? "cannot be judged now: other programs take the processors"
+                              : "cannot be judged: its runs differ too much; give more repeats";
     if (limit != "fma" || !known_ceiling) return why;
     return fmt::format("{}; {}, so the ceiling is {:.0f} %; {}", why, operations_text(*mix),
                        100 * *known_ceiling, rest_of_loop(*mix));

@@ -30,10 +30,11 @@ JudgedShare judged_runs(const KernelWork& work, const std::vector<MeasuredRun>& 
                         const InstructionMix* mix);
 
 /// @param limit,verdict,share as KernelFigures has them. @param mix null where it is not known.
+/// @param is_busy as in `judged`.
 /// @return empty where nothing is known.
 std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& roofs,
                        const std::string& limit, const std::string& verdict,
-                       const std::optional<double>& share, const InstructionMix* mix);
+                       const std::optional<double>& share, const InstructionMix* mix, bool is_busy);
 
 /// A line for each kernel that something limits.
 /// @param kernels with the members kernel and limited_by.

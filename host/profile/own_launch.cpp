@@ -83,14 +83,15 @@ KernelFigures profile_launch(const Device& device, const OwnLaunch& launch,
   }
   const InstructionMix* const mix = f.instructions ? &*f.instructions : nullptr;
   const auto share = waited.so_far();
-  const JudgedShare judged_share = judged_runs(work, runs, share && *share > kUsualWait, mix);
+  const bool is_busy = share && *share > kUsualWait;
+  const JudgedShare judged_share = judged_runs(work, runs, is_busy, mix);
   f.limit = judged_share.limit;
   f.share_of_limit = judged_share.share;
   f.share_low = judged_share.low;
   f.share_high = judged_share.high;
   f.share_verdict = judged_share.verdict;
   f.limited_by = limited_by(work, runs.back().spent, runs.back().roofs, f.limit, f.share_verdict,
-                            f.share_of_limit, mix);
+                            f.share_of_limit, mix, is_busy);
   return f;
 }
 

@@ -105,8 +105,8 @@ class Bench {
       job.run(deadline_.token());
       device_.context().finish();
     });
-    // A driver that keeps no files, or a missing objdump, is the same at the next job.
-    can_sample_code_ = found.sees_kernels && found.problem.empty();
+    // A missing objdump is the same at the next job.
+    can_sample_code_ = found.problem.empty();
     if (!found.problem.empty()) report_.not_counted.push_back(std::move(found.problem));
     code_ = std::move(found.mixes);
   }
@@ -157,12 +157,16 @@ class Bench {
   }
 
   /// Adds the limit, and the share of it that the work reached.
+  bool is_busy() const {
+    const auto waited = waited_.so_far();
+    return waited && *waited > kUsualWait;
+  }
+
   void add_share(const KernelWork& work, const std::vector<MeasuredRun>& runs,
                  KernelFigures& f) const {
     const auto mix = code_.find(f.kernel);
-    const auto waited = waited_.so_far();
-    const JudgedShare found = judged_runs(work, runs, waited && *waited > kUsualWait,
-                                          mix == code_.end() ? nullptr : &mix->second);
+    const JudgedShare found =
+        judged_runs(work, runs, is_busy(), mix == code_.end() ? nullptr : &mix->second);
     f.limit = found.limit;
     f.share_of_limit = found.share;
     f.share_low = found.low;
@@ -173,8 +177,9 @@ class Bench {
   /// Says what limits one kernel.
   void explain(const KernelWork& work, const MeasuredRun& last, KernelFigures& f) const {
     if (const auto mix = code_.find(f.kernel); mix != code_.end()) f.instructions = mix->second;
-    f.limited_by = limited_by(work, last.spent, last.roofs, f.limit, f.share_verdict,
-                              f.share_of_limit, f.instructions ? &*f.instructions : nullptr);
+    f.limited_by =
+        limited_by(work, last.spent, last.roofs, f.limit, f.share_verdict, f.share_of_limit,
+                   f.instructions ? &*f.instructions : nullptr, is_busy());
   }
 
   void add_job(const Job& job, const Runs& runs) {

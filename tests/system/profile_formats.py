@@ -174,6 +174,10 @@ def check_page(program, map_file, folder):
     refused = program("profile", "report", str(folder / "other.json"), "-o", str(page), code=2)
     check("'other.json' is no report of 'qjulia profile measure --json'" in refused, refused)
     check(len(refused.splitlines()) == 1, refused)
+    now["kernels"][0]["runs"] = {"seconds": [], "cpu_seconds": None}
+    (folder / "empty.json").write_text(json.dumps(now))
+    refused = program("profile", "report", str(folder / "empty.json"), "-o", str(page), code=2)
+    check("'empty.json': a kernel has no runs" in refused, refused)
 
 
 def check_command(program, map_file, folder):

@@ -123,7 +123,7 @@ TEST_CASE("what limits a kernel is named with its ceiling") {
   work.slots = 1e9;
   const Spent spent{0.02, 0.02};
   const auto said = [&](double share) {
-    return limited_by(work, spent, roofs(), "fma", "judged", share, &mix);
+    return limited_by(work, spent, roofs(), "fma", "judged", share, &mix, false);
   };
   CHECK(said(0.55) ==
         "vector operations: 13 of 23 vector operations are multiply-adds, multiplications or "
@@ -137,17 +137,19 @@ TEST_CASE("what limits a kernel is named with its ceiling") {
   CHECK(load_ceiling(mix, roofs(), false) == Catch::Approx(0.52));
   CHECK_THAT(said(0.5), ContainsSubstring("loads and stores: 13 of 23") &&
                             ContainsSubstring("the ceiling is 52 % for its loads and stores"));
-  CHECK(limited_by(work, spent, roofs(), "fma", "judged", 0.5, nullptr).empty());
-  CHECK_THAT(limited_by(work, spent, roofs(), "fma", "not now", {}, &mix),
-             ContainsSubstring("cannot be judged now"));
+  CHECK(limited_by(work, spent, roofs(), "fma", "judged", 0.5, nullptr, false).empty());
+  CHECK_THAT(limited_by(work, spent, roofs(), "fma", "not now", {}, &mix, true),
+             ContainsSubstring("cannot be judged now: other programs"));
+  CHECK_THAT(limited_by(work, spent, roofs(), "fma", "not now", {}, &mix, false),
+             ContainsSubstring("its runs differ too much") && !ContainsSubstring("programs"));
 }
 
 TEST_CASE("a kernel is limited by the cache or the memory that its data comes from") {
   KernelWork work;
   work.bytes = 8e8;
   const Spent spent{0.02, 0.04};
-  CHECK(limited_by(work, spent, roofs(), "memory", "cached", {}, nullptr) ==
+  CHECK(limited_by(work, spent, roofs(), "memory", "cached", {}, nullptr, false) ==
         "caches: 40 GB/s of its data, which is 80 % of what L3 gives");
-  CHECK_THAT(limited_by(work, spent, roofs(), "memory", "judged", 0.9, nullptr),
+  CHECK_THAT(limited_by(work, spent, roofs(), "memory", "judged", 0.9, nullptr, false),
              ContainsSubstring("memory: 90 % of the copy's bandwidth"));
 }

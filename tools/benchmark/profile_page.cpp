@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/base64.hpp"
+#include "base/median.hpp"
 #include "benchmark/profile_comparison.hpp"
 #include "qjulia/base/error.hpp"
 #include "report/html.hpp"
@@ -115,21 +116,21 @@ KernelTime time_of(const json& kernel) {
   const json& cpu = runs.at("cpu_seconds");
   KernelTime time;
   time.is_cpu = cpu.is_array() && !cpu.empty();
-  auto seconds = (time.is_cpu ? cpu : runs.at("seconds")).get<std::vector<double>>();
-  if (seconds.empty()) throw InputError("a kernel has no runs");
-  std::ranges::sort(seconds);
-  time.low = seconds.front();
-  time.high = seconds.back();
-  time.seconds = seconds[seconds.size() / 2];
+  const auto seconds = (time.is_cpu ? cpu : runs.at("seconds")).get<std::vector<double>>();
+  if (seconds.empty()) throw InputError("a kernel has no runs; measure again");
+  time.low = std::ranges::min(seconds);
+  time.high = std::ranges::max(seconds);
+  time.seconds = base::median(seconds);
   return time;
 }
 
 /// What must be the same for times to be compared.
 std::string trend_name(const json& report, const json& kernel) {
   return fmt::format(
-      "{}, n = {}; {} samples, {} factors, {}; {}", kernel.at("kernel").get<std::string>(),
+      "{}, n = {}; {} samples, {} factors, {}; {}, {} time", kernel.at("kernel").get<std::string>(),
       kernel.at("iterations").get<int>(), kernel.at("samples").dump(), kernel.at("factors").dump(),
-      kernel.at("precision").get<std::string>(), report.at("device").at("name").get<std::string>());
+      kernel.at("precision").get<std::string>(), report.at("device").at("name").get<std::string>(),
+      time_of(kernel).is_cpu ? "CPU" : "wall");
 }
 
 std::string trends(const std::vector<NamedProfile>& profiles) {
@@ -198,22 +199,25 @@ std::string roofline_of(const json& report) {
   double nearest = roof / slopes.front().second / 10, farthest = 100 * nearest, slowest = roof / 20;
   for (const json& kernel : report.at("kernels")) {
     const json &slots = kernel.at("slots"), &share = kernel.at("share_of_limit");
-    if (!slots.is_number() || !share.is_number() || kernel.at("limit") != "fma") continue;
-    const double speed = share.get<double>() * roof;
-    slowest = std::min(slowest, 0.5 * speed);
+    const json& bytes = kernel.at("memory_bytes");
+    if (!slots.is_number() || !share.is_number()) continue;
+    const double of_bytes = bytes.is_number() && bytes.get<double>() > 0
+                                ? slots.get<double>() / bytes.get<double>()
+                                : 0;
+    const double most = kernel.at("limit") == "fma" ? roof : slopes.front().second * of_bytes;
+    const double speed = share.get<double>() * most;
     const auto add = [&](PlotSeries& series, double intensity, const std::string& name) {
+      if (!(intensity > 0 && speed > 0)) return;
+      slowest = std::min(slowest, 0.5 * speed);
       series.x.push_back(intensity);
       series.y.push_back(speed);
       series.names.push_back(name);
       nearest = std::min(nearest, intensity / 4);
       farthest = std::max(farthest, 4 * intensity);
     };
-    const json& bytes = kernel.at("memory_bytes");
-    if (bytes.is_number() && bytes.get<double>() > 0) {
-      add(of_memory, slots.get<double>() / bytes.get<double>(),
-          fmt::format("{}, n = {}", kernel.at("kernel").get<std::string>(),
-                      kernel.at("iterations").get<int>()));
-    }
+    add(of_memory, of_bytes,
+        fmt::format("{}, n = {}", kernel.at("kernel").get<std::string>(),
+                    kernel.at("iterations").get<int>()));
     const json mix = kernel.value("instruction_mix", json());
     if (mix.is_object() && mix.value("data_bytes", 0.0) > 0) {
       const double real_bytes = kernel.at("precision") == "double" ? 8 : 4;
@@ -244,7 +248,10 @@ std::string roofline_of(const json& report) {
   for (PlotSeries* const series : {&of_memory, &of_loop}) {
     if (!series->x.empty()) plot.series.push_back(*series);
   }
-  return wide(plot_figure(plot, "roofline of the last report"));
+  return wide(
+      plot_figure(plot,
+                  "roofline of the last report; kernels whose slots are not counted are left "
+                  "out"));
 }
 
 std::string share_text(const json& kernel) {
@@ -306,6 +313,8 @@ std::string profile_page(std::vector<NamedProfile> profiles) {
       throw InputError(fmt::format(
           "'{}' is no report of 'qjulia profile measure --json' of this version; measure again",
           profile.name));
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("'{}': {}", profile.name, error.what()));
     }
   }
   const bool are_dated = std::ranges::all_of(

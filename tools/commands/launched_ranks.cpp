@@ -239,8 +239,6 @@ std::vector<Ranks::Numbers> LaunchedRanks::all_gather(const Numbers& mine) {
 
 #ifdef QJULIA_MPI
 
-;
-
 /// Does not wait for the receiver, who may never take it.
 void LaunchedRanks::send(int to, int tag, std::string bytes) {
   std::erase_if(sent_, [](Sending& sending) {
