@@ -388,7 +388,8 @@ shift; exec "$@"
     ++counts[event.at("event").get<std::string>()];
     if (event["event"] == "started") started.insert(event.at("entry").get<std::string>());
   }
-  for (const json& entry : read_summary(out + "/shard-2-of-3")["entries"]) {
+  const json summary = read_summary(out + "/shard-2-of-3");
+  for (const json& entry : summary["entries"]) {
     of_shard.insert(entry["name"].get<std::string>());
   }
   CHECK(counts["batch_started"] == 2);
