@@ -215,3 +215,15 @@ TEST_CASE("a body that is inside out beside another is turned, with a warning, a
   CHECK(fitted.exit_code == 0);
   CHECK_THAT(fitted.err, ContainsSubstring(warning) && !ContainsSubstring("overlap"));
 }
+
+TEST_CASE("a morph of fewer steps warns of the maps that a longer one left") {
+  const ShapeFiles files;
+  const std::string map = files.folder / "ball.json", steps = files.folder / "steps";
+  REQUIRE(run_command(files.shape(files.mesh, map)).exit_code == 0);
+  const auto warnings = [&](const char* count) {
+    return run_command({"morph", map, map, "-o", steps, "--steps", count, "--flicker-cells", "0"})
+        .err;
+  };
+  CHECK_THAT(warnings("3"), !ContainsSubstring("of a morph of more steps"));
+  CHECK_THAT(warnings("2"), ContainsSubstring("step_0003.qjulia.json' and those after it are"));
+}
