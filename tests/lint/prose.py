@@ -58,6 +58,8 @@ def unmade(root, pages):
             continue
         for picture, target, _ in LINK.findall(re.sub(r"<!-- picture: [^>]*-->\n.*", "", text)):
             stem = pathlib.PurePath(target).stem
+            if (page.parent / target).with_suffix(".toml").exists():
+                continue  # its job lies beside it
             numbered = re.escape(stem.rstrip("0123456789")) + (r"(?:\d|\$i)" if stem[-1:].isdigit() else "")
             if picture and not re.search(rf"(?<!\w)(?:{numbered}\.png|(?:draw|sheet) {numbered}\b)", commands):
                 yield f"{page.relative_to(root)}: no command on a page makes {stem}.png"
