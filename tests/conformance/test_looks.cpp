@@ -47,6 +47,18 @@ PictureOptions lit_by(const char* lamp) {
   return options;
 }
 
+/// A black ball before white, without light, so that only its outline shows.
+PictureOptions black_before_white() {
+  PictureOptions options = test::picture_of(96, 72);
+  options.ground = false;
+  options.background = background_from("white");
+  options.palette.clay = Rgb::Zero();
+  options.matter.roughness = 1;
+  options.light.fill = 0;
+  options.light.lamps = {lamp_from("0,0,0"), lamp_from("0,0,0")};
+  return options;
+}
+
 }  // namespace
 
 TEST_CASE("a stop more doubles the light, and a lamp's strength does the same") {
@@ -239,13 +251,7 @@ TEST_CASE("a mesh takes a look's light and matter, and clay of its palette") {
 
 TEST_CASE("a lens blurs what is out of focus, as wide as geometry says") {
   // Edges of the ball lie behind its front: the silhouette is blurred, and the front is sharp.
-  PictureOptions options = test::picture_of(96, 72);
-  options.ground = false;
-  options.background = background_from("white");
-  options.palette.clay = Rgb::Zero();
-  options.matter.roughness = 1;
-  options.light.fill = 0;
-  options.light.lamps = {lamp_from("0,0,0"), lamp_from("0,0,0")};
+  PictureOptions options = black_before_white();
   // Pixels of the middle row that are neither black nor white.
   const auto grey = [&] {
     const Image image = ball(options);
@@ -276,13 +282,7 @@ TEST_CASE("a lens blurs what is out of focus, as wide as geometry says") {
 
 TEST_CASE("an open shutter blurs edges as far as they move, in linear light") {
   // A black ball before white passes over the picture.
-  PictureOptions options = test::picture_of(96, 72);
-  options.ground = false;
-  options.background = background_from("white");
-  options.palette.clay = Rgb::Zero();
-  options.matter.roughness = 1;
-  options.light.fill = 0;
-  options.light.lamps = {lamp_from("0,0,0"), lamp_from("0,0,0")};
+  PictureOptions options = black_before_white();
   options.tone = ToneCurve::none;
   options.samples = 4;
   options.camera.azimuth = options.camera.elevation = 0;

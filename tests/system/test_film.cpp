@@ -202,7 +202,7 @@ TEST_CASE("whatever happens to FFmpeg or the disk, pictures stay and the command
   become("echo film > \"$last\"\n");
   std::filesystem::create_symlink("/dev/full", studio.folder / "full.mp4");
   fails("full.mp4", "full.mp4");
-  // The command that is told makes the film.
+  // The command that the message prints makes the film.
   CHECK_FALSE(std::filesystem::exists(studio.folder / "turn.mp4"));
   const auto by_hand = run({"/bin/sh", "-c", command}, with_it);
   INFO(by_hand.err);
@@ -503,7 +503,7 @@ TEST_CASE("keys may stand in a table, and what is wrong with a script is named b
       {"film", studio.folder / "zoom.toml", "-o", studio.folder / "blank", "--device", "cpu"});
   INFO(blank.err);
   CHECK(blank.exit_code == 0);
-  // A column that is not known is told once, and what is wrong in others all the same.
+  // An unknown column is named once, and errors in other columns are still reported.
   studio.folder.file("k.csv", "at,zom,zoom,zoom,,fog\n0,1,1,1,1,x\nnow,2,-2,2,2,2\n");
   const std::string told_once = studio.refused(keyed);
   CHECK_THAT(told_once, ContainsSubstring("k.csv:1: zom: there is no such setting") &&
