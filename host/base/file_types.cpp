@@ -7,6 +7,7 @@
 #include <array>
 #include <string_view>
 
+#include "base/mesh_formats.hpp"
 #include "base/text.hpp"
 #include "qjulia/base/error.hpp"
 
@@ -25,16 +26,9 @@ constexpr unsigned kRead = bit_of(FileUse::read), kWrite = bit_of(FileUse::write
                    kPaint = bit_of(FileUse::paint), kPrint = bit_of(FileUse::print),
                    kNote = 1U << 31;  ///< the file can hold a note of how it was made
 
+#define QJULIA_FORMAT(name, extension, uses) FileType{extension, FileContent::mesh, uses},
 constexpr std::array kTypes = {
-    FileType{".obj", FileContent::mesh, kRead | kWrite | kPaint | kNote},
-    FileType{".off", FileContent::mesh, kRead | kWrite},
-    FileType{".ply", FileContent::mesh, kRead | kWrite | kPaint | kNote},
-    FileType{".stl", FileContent::mesh, kRead | kWrite | kPrint},
-    FileType{".glb", FileContent::mesh, kRead | kWrite | kNote},
-    FileType{".gltf", FileContent::mesh, kRead},
-    FileType{".3mf", FileContent::mesh, kRead | kWrite | kPrint | kNote},
-    FileType{".usda", FileContent::mesh, kWrite | kNote},
-    FileType{".json", FileContent::map, kRead | kWrite},
+    QJULIA_MESH_FORMATS(QJULIA_FORMAT) FileType{".json", FileContent::map, kRead | kWrite},
     FileType{".o3d", FileContent::original_map, kRead},
     FileType{".poly4d", FileContent::original_map, kRead},
     FileType{".f3d", FileContent::sampled_distance, kRead},
@@ -54,6 +48,7 @@ constexpr std::array kTypes = {
     FileType{".png", FileContent::map, kRead},
     FileType{".glb", FileContent::map, kRead},
 };
+#undef QJULIA_FORMAT
 
 bool allows(const FileType& type, FileContent content, FileUse use) {
   return type.content == content && (type.uses & bit_of(use)) != 0;

@@ -119,8 +119,8 @@ double develop(const Device& device, Precision) {
   const std::vector<Vector3d> normals(1, Vector3d(0.6, 0, 0.8));
   for (const double roughness : {0.0, 0.5, 1.0}) {
     ShadingProbe probe{.even_light = 1};
-    probe.scene.palette.clay = Rgb::Ones();
-    probe.scene.matter.roughness = roughness;
+    probe.scene.options.palette.clay = Rgb::Ones();
+    probe.scene.options.matter.roughness = roughness;
     worst = larger_error(worst, 100 * (probe.radiance(device, normals)[0] - Rgb::Ones()).norm());
   }
   return worst;

@@ -80,7 +80,7 @@ std::vector<std::uint8_t> developed(const Device& device, ToneCurve tone,
                                     std::span<const Rgb> radiances) {
   device::Context& context = device.context();
   picture::Scene scene;
-  scene.tone = tone;
+  scene.options.tone = tone;
   std::vector<float> pixels;
   for (const Rgb& radiance : radiances) {
     for (const double c : radiance) pixels.push_back(static_cast<float>(c));

@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <iosfwd>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
+#include "base/mesh_formats.hpp"
 #include "mesh_io/mesh_file.hpp"
 #include "qjulia/mesh/mesh.hpp"
 #include "qjulia/mesh/texture.hpp"
@@ -23,8 +25,14 @@ struct MeshWriting {
 };
 
 struct MeshFormat {
-  std::string_view extension;
-  /// @param share as for `read_obj` and `read_ply`. Null: the format is not read.
+  std::string_view extension{};  ///< of `QJULIA_MESH_FORMATS`
+  /// What a file that `looks_like` this format seems to be, as in "a .ply file".
+  std::string_view seems{};
+  /// Whether a file that begins so has this format. Null: it is not read.
+  bool (*looks_like)(std::string_view head) = nullptr;
+  bool may_be_another = false;        ///< a file that looks like this may hold no mesh
+  bool begins_with_anything = false;  ///< a file that looks like another may have this format
+  /// @param share as for `FaceList::shares`. Null: the format is not read.
   FaceList (*read)(const MeshFile& file, const std::string* share) = nullptr;
   /// Null: the format is not written.
   void (*write)(const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) = nullptr;
@@ -33,7 +41,14 @@ struct MeshFormat {
   bool has_texture = false;    ///< written with pictures
 };
 
-/// The format of a mesh file. @pre the table of file types has the extension as a mesh
+/// obj_format() and the like: each stands in the format's own file.
+#define QJULIA_FORMAT(name, ending, uses) MeshFormat name##_format();
+QJULIA_MESH_FORMATS(QJULIA_FORMAT)
+#undef QJULIA_FORMAT
+
+std::span<const MeshFormat> mesh_formats();
+
+/// @throws std::logic_error for an extension that is not in the list
 const MeshFormat& mesh_format(std::string_view extension);
 
 }  // namespace qjulia::shape

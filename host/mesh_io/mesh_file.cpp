@@ -10,6 +10,7 @@
 #include "base/file_types.hpp"
 #include "base/input_file.hpp"
 #include "base/text.hpp"
+#include "mesh_io/formats.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/base/progress.hpp"
 
@@ -26,18 +27,6 @@ std::from_chars_result parse(std::string_view word, T& value) {
   auto result = std::from_chars(word.data(), word.data() + word.size(), value);
   if (result.ptr != word.data() + word.size()) result.ec = std::errc::invalid_argument;
   return result;
-}
-
-/// Wavefront .obj has no mark at its beginning: it is recognised by its first word that is no
-/// comment.
-bool looks_like_obj(std::string_view head) {
-  Lines lines(head);
-  const auto line = lines.next();
-  if (!line) return false;
-  std::string_view rest = *line;
-  const std::string_view key = take_word(rest);
-  if (key == "v" || key == "vn" || key == "vt") return take_point(rest).has_value() || key != "v";
-  return key == "mtllib";
 }
 
 struct DetectedType {
@@ -59,7 +48,6 @@ DetectedType detected_type(std::string_view head) {
       {"\xFF\xD8\xFF"sv, {"a JPEG picture", ""}},
       {"GIF8"sv, {"a GIF picture", ""}},
       {"%PDF"sv, {"a PDF document", ""}},
-      {"PK\3\4"sv, {"a ZIP archive; if it holds a mesh, unpack it first", ".3mf", false}},
       {"\x1F\x8B"sv, {"compressed by gzip; unpack it with gunzip first", ""}},
       {"BZh"sv, {"compressed by bzip2; unpack it with bunzip2 first", ""}},
       {"\3757zXZ"sv, {"compressed by xz; unpack it with unxz first", ""}},
@@ -68,13 +56,10 @@ DetectedType detected_type(std::string_view head) {
       {"Rar!"sv, {"a RAR archive; if it holds a mesh, unpack it first", ""}},
       {"BLENDER"sv, {"a Blender file; export its mesh from Blender", ""}},
       {"Kaydara FBX"sv, {"an FBX scene", ""}},
-      {"glTF"sv, {"a binary glTF scene", ".glb"}},
       {"\177ELF"sv, {"a program", ""}},
       {"#VRML"sv, {"a VRML scene", ""}},
       {"version https://git-lfs"sv, {"a Git LFS pointer; fetch the file with 'git lfs pull'", ""}},
       {"\0\0\0\0\0\0\0\0"sv, {"empty of all but zero bytes; get it again", ""}},
-      {"ply\n"sv, {"a .ply file", ".ply"}},
-      {"ply\r"sv, {"a .ply file", ".ply"}},
   };
   head = base::without_byte_order_mark(head);
   for (const Mark& mark : kMarks) {
@@ -82,21 +67,15 @@ DetectedType detected_type(std::string_view head) {
   }
   std::string_view rest = head.substr(0, 4096);
   const std::string_view word = take_word(rest);
-  const std::string_view next = take_word(rest);
   if (is_word(word, "<!doctype") || is_word(word, "<html>") || is_word(word, "<html")) {
     return {"an HTML page, as when a download fails; download it again", ""};
   }
   if (word.starts_with('<')) return {"an XML document", ""};
-  if (word.starts_with('{')) {
-    return {"a JSON document, such as a map or a .gltf scene", ".gltf", false};
+  for (const MeshFormat& format : mesh_formats()) {
+    if (format.looks_like != nullptr && format.looks_like(head)) {
+      return {format.seems, format.extension, !format.may_be_another};
+    }
   }
-  if (is_word(word, "solid") && head.find('\0') == std::string_view::npos) {
-    return {"an .stl file in text", ".stl"};
-  }
-  if ((word == "OFF" || word == "COFF" || word == "NOFF") && to_integer(next)) {
-    return {"an .off file", ".off"};
-  }
-  if (looks_like_obj(head)) return {"a Wavefront .obj file", ".obj"};
   return {};
 }
 
@@ -139,10 +118,10 @@ std::optional<std::string> from_uri(std::string_view uri) {
 MeshFile::MeshFile(std::filesystem::path path, std::string extension, std::stop_token stop)
     : path_(std::move(path)), extension_(std::move(extension)), stop_(std::move(stop)) {
   base::InputFile file(path_, "mesh", kLargestFile, stop_);
-  // Before much is read: what is no mesh may be large. A binary .stl may begin with anything.
+  // Before much is read: what is no mesh may be large.
   file.read(bytes_, kHead);
   if (bytes_.empty()) refuse("the file is empty; export the mesh again");
-  if (extension_ != ".stl") {
+  if (!mesh_format(extension_).begins_with_anything) {
     const DetectedType seeming = detected_type(bytes_);
     if (!seeming.name.empty() && seeming.extension != extension_) refuse_type("");
   }

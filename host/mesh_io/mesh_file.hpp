@@ -82,16 +82,14 @@ class FaceList {
   std::size_t faces_ = 0;
 };
 
-/// Each throws InputError that names the file, where it is wrong and what to do. Nothing much
-/// larger than the file is allocated, whatever its header promises.
+/// Readers of formats: each throws InputError that names the file, where it is wrong and what to
+/// do. Nothing much larger than the file is allocated, whatever its header promises.
 /// @param share where not null, FaceList::shares are read too: the vertices' property of that name,
 ///   or where it is empty, the brightness of their colors.
-FaceList read_obj(const MeshFile& file, const std::string* share);
-FaceList read_off(const MeshFile& file);
 FaceList read_ply(const MeshFile& file, const std::string* share);
-FaceList read_stl(const MeshFile& file);
-FaceList read_gltf(const MeshFile& file);
-FaceList read_3mf(const MeshFile& file);
+/// Both find no shares.
+FaceList read_gltf(const MeshFile& file, const std::string* share);
+FaceList read_3mf(const MeshFile& file, const std::string* share);
 
 /// Hands out lines without their ends, comments (from `comment` on) and outer blanks. Lines end
 /// with LF or CR LF, or with CR where the text has no LF.

@@ -251,6 +251,8 @@ class ThreeMfReader {
 
 }  // namespace
 
-FaceList read_3mf(const MeshFile& file) { return ThreeMfReader(file).read(); }
+FaceList read_3mf(const MeshFile& file, const std::string* /*share*/) {
+  return ThreeMfReader(file).read();
+}
 
 }  // namespace qjulia::shape

@@ -18,6 +18,7 @@
 
 #include "base/base64.hpp"
 #include "base/text.hpp"
+#include "mesh_io/formats.hpp"
 #include "mesh_io/mesh_file.hpp"
 #include "mesh_io/scene_faces.hpp"
 
@@ -474,13 +475,21 @@ class GltfFaces {
 
 }  // namespace
 
-FaceList read_gltf(const MeshFile& file) {
+FaceList read_gltf(const MeshFile& file, const std::string* /*share*/) {
   try {
     return GltfFaces(file).read();
   } catch (const json::exception& error) {
     file.refuse(fmt::format("its description is not valid glTF 2.0 ({}); export it again",
                             base::to_utf8(error.what())));
   }
+}
+
+MeshFormat gltf_format() {
+  return {.seems = "a JSON document, such as a map or a .gltf scene",
+          .looks_like = [](std::string_view head) { return take_word(head).starts_with('{'); },
+          .may_be_another = true,
+          .read = read_gltf,
+          .up = UpAxis::y};
 }
 
 }  // namespace qjulia::shape

@@ -11,6 +11,7 @@
 #include "base/markup.hpp"
 #include "base/zip_file.hpp"
 #include "mesh/parts.hpp"
+#include "mesh_io/formats.hpp"
 #include "mesh_io/record_stream.hpp"
 
 namespace qjulia::shape {
@@ -262,6 +263,22 @@ void write_3mf(const TriangleMesh& mesh, const std::string& name, const std::str
   std::ostream& model = zip.begin("3D/3dmodel.model", most_bytes(mesh, objects.count, name, note));
   ModelWriter(mesh, objects, scale * turn, model).write(name, note);
   zip.finish();
+}
+
+MeshFormat threemf_format() {
+  return {.seems = "a ZIP archive; if it holds a mesh, unpack it first",
+          .looks_like = [](std::string_view head) { return head.starts_with("PK\3\4"); },
+          .may_be_another = true,
+          .read = read_3mf,
+          .write =
+              [](const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) {
+                constexpr double kMillimetres = 1000;  // in a metre
+                const auto& metres = how.options.metres_per_unit;
+                write_3mf(mesh, how.name, how.options.note, quarter_turns(how.up(), UpAxis::z),
+                          metres ? kMillimetres * *metres : 1, out);
+              },
+          .up = UpAxis::z,
+          .has_colors = true};
 }
 
 }  // namespace qjulia::shape

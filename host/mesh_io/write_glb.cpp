@@ -7,6 +7,7 @@
 
 #include "base/map_chunk.hpp"
 #include "base/srgb.hpp"
+#include "mesh_io/formats.hpp"
 #include "mesh_io/record_stream.hpp"
 #include "qjulia/base/error.hpp"
 
@@ -198,6 +199,21 @@ void write_glb(const TriangleMesh& whole, const std::string& name, const std::st
   if (map.empty()) return;
   add(map_data.size());
   file.print("{}{}", base::kGlbMapChunk, map_data);
+}
+
+MeshFormat glb_format() {
+  return {.seems = "a binary glTF scene",
+          .looks_like = [](std::string_view head) { return head.starts_with("glTF"); },
+          .read = read_gltf,
+          .write =
+              [](const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) {
+                write_glb(mesh, how.name, how.options.note, how.up(),
+                          how.options.metres_per_unit.value_or(1), how.options.map, how.texture,
+                          out);
+              },
+          .up = UpAxis::y,
+          .has_colors = true,
+          .has_texture = true};
 }
 
 }  // namespace qjulia::shape

@@ -7,7 +7,7 @@
 #include "base/output_file.hpp"
 #include "base/range_check.hpp"
 #include "mesh_io/formats.hpp"
-#include "mesh_io/write_obj.hpp"
+#include "mesh_io/obj_format.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/mesh/mesh.hpp"
 #include "qjulia/mesh/texture.hpp"

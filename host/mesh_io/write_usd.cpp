@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "base/srgb.hpp"
+#include "mesh_io/formats.hpp"
 #include "mesh_io/record_stream.hpp"
 
 namespace qjulia::shape {
@@ -163,6 +164,16 @@ void write_usd(const TriangleMesh& mesh, const std::string& name, const std::str
   file.print("}}\n");
   const Box box = mesh.box();
   file.print("{}", camera(turn.topLeftCorner<3, 3>() * box.center(), box.size().norm() / 2));
+}
+
+MeshFormat usda_format() {
+  return {.write =
+              [](const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) {
+                write_usd(mesh, how.name, how.options.note, how.up(),
+                          how.options.metres_per_unit.value_or(1), out);
+              },
+          .up = UpAxis::y,
+          .has_colors = true};
 }
 
 }  // namespace qjulia::shape

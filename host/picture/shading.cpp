@@ -115,7 +115,7 @@ std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
   put(QJ_SCENE_RIGHT, ground.right);
   put(QJ_SCENE_FRONT, ground.front);
   put(QJ_SCENE_OPEN_SKY, ground.open);
-  put(QJ_SCENE_COLOR, scene.background.color);
+  put(QJ_SCENE_COLOR, scene.options.background.color);
   put(QJ_SCENE_WALL_LIGHT, wall_light(scene.rig, scene.around));
   put(QJ_SCENE_AROUND_RIGHT, scene.around_axes.right);
   put(QJ_SCENE_AROUND_BACK, scene.around_axes.back);
@@ -124,16 +124,16 @@ std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
   put(QJ_SCENE_ZENITH, std::numbers::pi * around.zenith);
   put(QJ_SCENE_HORIZON, std::numbers::pi * around.horizon);
   put(QJ_SCENE_FLOOR, std::numbers::pi * around.floor);
-  put(QJ_SCENE_CLAY, scene.palette.clay);
-  for (std::size_t i = 0; i < scene.palette.stops.size(); ++i) {
-    put(QJ_SCENE_STOP + 3 * i, scene.palette.stops[i]);
+  put(QJ_SCENE_CLAY, scene.options.palette.clay);
+  for (std::size_t i = 0; i < scene.options.palette.stops.size(); ++i) {
+    put(QJ_SCENE_STOP + 3 * i, scene.options.palette.stops[i]);
   }
-  set(QJ_SCENE_STOPS, static_cast<double>(scene.palette.stops.size()));
+  set(QJ_SCENE_STOPS, static_cast<double>(scene.options.palette.stops.size()));
   set(QJ_SCENE_SIDE, ground.side);
-  set(QJ_SCENE_BACKDROP, number_of(scene.background.kind));
-  set(QJ_SCENE_GROUND, scene.has_ground ? scene.ground : double{QJ_NO_GROUND});
+  set(QJ_SCENE_BACKDROP, number_of(scene.options.background.kind));
+  set(QJ_SCENE_GROUND, scene.options.ground ? scene.ground_height : double{QJ_NO_GROUND});
   set(QJ_SCENE_RADIUS, scene.radius);
-  const Matter& matter = scene.matter;
+  const Matter& matter = scene.options.matter;
   set(QJ_SCENE_ROUGHNESS, matter.roughness);
   set(QJ_SCENE_METAL, matter.metal);
   set(QJ_SCENE_COAT, matter.coat);
@@ -143,7 +143,7 @@ std::vector<float> packed(const Scene& scene, const GroundLight& ground) {
   set(QJ_SCENE_GLOW_FROM, matter.glow_from);
   set(QJ_SCENE_GLOW_FULL, matter.glow_full);
   set(QJ_SCENE_FOG, kFog * matter.fog);
-  set(QJ_SCENE_TONE, number_of(scene.tone));
+  set(QJ_SCENE_TONE, number_of(scene.options.tone));
   return reals;
 }
 
@@ -153,7 +153,8 @@ GroundLight ground_light(const Device& device, const Scene& scene, std::span<con
   ground.side = static_cast<int>(std::lround(kSide * std::sqrt(fineness)));
   ground.right = scene.up.unitOrthogonal();
   ground.front = scene.up.cross(ground.right);
-  const Vector3d middle = scene.center + (scene.ground - scene.center.dot(scene.up)) * scene.up;
+  const Vector3d middle =
+      scene.center + (scene.ground_height - scene.center.dot(scene.up)) * scene.up;
   // Kernels find it back so: u of −1 … 1 lies at u / (1 − k |u|) radii.
   const auto place = [&](int i) {
     const double u = 2.0 * i / (ground.side - 1) - 1;
@@ -218,8 +219,8 @@ Shading::Shading(const Device& device, const Scene& scene, const GroundLight& gr
     : device_(device),
       lamps_count_(static_cast<int>(lamps.size())),
       lights_count_(static_cast<int>(lamps.size() + sky.size())),
-      thin_(scene.matter.wax * kThin * scene.radius),
-      bounce_(bounces.empty() ? 0 : scene.bounce) {
+      thin_(scene.options.matter.wax * kThin * scene.radius),
+      bounce_(bounces.empty() ? 0 : scene.options.light.bounce) {
   device::Context& context = device.context();
   std::vector<Light> lights(lamps.begin(), lamps.end());
   lights.insert(lights.end(), sky.begin(), sky.end());

@@ -8,28 +8,23 @@
 #include "device/context.hpp"
 #include "picture/depth_source.hpp"
 #include "picture/lights.hpp"
-#include "qjulia/picture/matter.hpp"
+#include "qjulia/picture/picture.hpp"
 
 namespace qjulia::picture {
 
-/// What is around the shape.
+/// What is around the shape, in the map's coordinates.
 struct Scene {
+  PictureOptions options{};  ///< what the picture was asked to have: colours, matter, tone, bounce
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
-  double ground = 0;  ///< height along up
+  double ground_height = 0;  ///< along up
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius = 1;
-  bool has_ground = true;
-  Background background{};
-  Palette palette{};
-  Matter matter{};
   Rig rig{};
   /// In place of the rig's sky; null: none.
   const Surrounded* around = nullptr;
   /// Its axes where `up` is up.
   CameraAxes around_axes{Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(),
                          Eigen::Vector3d::UnitZ()};
-  ToneCurve tone = ToneCurve::neutral;
-  double bounce = 0;  ///< strength of what the shape sends on of the lamps' light
 };
 
 /// Shares of the open sky's light that reach points of the ground. The points lie in a square about

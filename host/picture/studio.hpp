@@ -94,19 +94,14 @@ struct Studio::Impl {
 
  private:
   picture::Scene scene() const {
-    return {direction(*options.camera.up),
+    return {options,
+            direction(*options.camera.up),
             ground,
             framed.center(),
             0.5 * framed.diagonal(),
-            options.ground,
-            options.background,
-            options.palette,
-            options.matter,
             rig,
             environment ? &*environment : nullptr,
-            environment ? environment->axes(*options.camera.up) : picture::Scene{}.around_axes,
-            options.tone,
-            options.light.bounce};
+            environment ? environment->axes(*options.camera.up) : picture::Scene{}.around_axes};
   }
   /// The box whose faces, where they cut the set, have colours of their own; empty for heights and
   /// factors, which continue inside the set.

@@ -68,11 +68,11 @@ TEST_CASE("a wall and a floor light each other as sums over their parts say") {
   lamps[0].depths = source->depths(lamps[0].view, 0, lamps[0].view.rows);
 
   picture::Scene scene;
-  scene.palette.clay = Rgb::Ones();
-  scene.matter.roughness = 1;
-  scene.has_ground = false;
+  scene.options.palette.clay = Rgb::Ones();
+  scene.options.matter.roughness = 1;
+  scene.options.ground = false;
   scene.rig.fill = 0;
-  scene.background = background_from("black");
+  scene.options.background = background_from("black");
   constexpr double kAlbedo = 0.6;
   const picture::LitSurface lit =
       picture::lit_surface(lamps[0], picture::normals_of(device, lamps[0].view, lamps[0].depths));
@@ -84,7 +84,7 @@ TEST_CASE("a wall and a floor light each other as sums over their parts say") {
                                                   held, 80, 60, kSamples);
   const std::vector<float> depths = source->depths(view, 0, view.rows);
   const auto shaded = [&](double strength) {
-    scene.bounce = strength;
+    scene.options.light.bounce = strength;
     const picture::Shading shading(device, scene, {}, lamps, {}, std::span(&levels, 1));
     return shading.shade(view, {.rows = 60, .samples = kSamples, .depths = depths}, false).pixels;
   };

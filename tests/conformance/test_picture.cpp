@@ -446,7 +446,7 @@ TEST_CASE("the sky's shadow on the ground is as smooth and round as the ball tha
                                  fineness, 64);
   for (auto& light : sky) light.depths = source->depths(light.view, 0, light.view.rows);
   picture::Scene scene;
-  scene.ground = -1;
+  scene.ground_height = -1;
   const auto ground = picture::ground_light(device, scene, sky, fineness);
   REQUIRE(ground.shares.size() == static_cast<std::size_t>(ground.side * ground.side));
   const auto radius = [&](int i) {

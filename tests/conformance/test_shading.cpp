@@ -25,8 +25,8 @@ std::vector<Vector3d> turning_normals() {
 
 ShadingProbe white(const Matter& matter) {
   ShadingProbe probe;
-  probe.scene.palette.clay = Rgb::Ones();
-  probe.scene.matter = matter;
+  probe.scene.options.palette.clay = Rgb::Ones();
+  probe.scene.options.matter = matter;
   return probe;
 }
 
@@ -55,13 +55,13 @@ TEST_CASE("white that lamps light from everywhere is white") {
 
 TEST_CASE("a coloured metal reflects its colour, and grey clay under a coat keeps a white shine") {
   ShadingProbe probe = white({.roughness = 0.3, .metal = 1});
-  probe.scene.palette.clay = {1, 0.5, 0.1};
+  probe.scene.options.palette.clay = {1, 0.5, 0.1};
   probe.even_light = 1;
   const std::vector<Vector3d> facing(1, Vector3d::UnitZ());
   const Rgb gold = probe.radiance(test::shared_device(), facing)[0];
   CHECK((gold - Rgb(1, 0.5, 0.1)).cwiseAbs().maxCoeff() < 0.03);
   ShadingProbe black = white({.roughness = 1, .coat = 1});
-  black.scene.palette.clay = Rgb::Zero();
+  black.scene.options.palette.clay = Rgb::Zero();
   black.even_light = 1;
   const double shine = black.radiance(test::shared_device(), facing)[0].maxCoeff();
   CHECK(shine > 0.045);  // 4 % of the coat, and a little of the rough surface under it

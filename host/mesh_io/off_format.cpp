@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 
-#include "mesh_io/mesh_file.hpp"
+#include "mesh_io/formats.hpp"
+#include "mesh_io/record_stream.hpp"
 
 namespace qjulia::shape {
 namespace {
@@ -53,9 +54,7 @@ std::pair<std::size_t, std::size_t> counts(const MeshFile& file, Lines& lines) {
   return {static_cast<std::size_t>(*vertices), static_cast<std::size_t>(*faces)};
 }
 
-}  // namespace
-
-FaceList read_off(const MeshFile& file) {
+FaceList read_off(const MeshFile& file, const std::string* /*share*/) {
   Lines lines(file.text());
   const auto [vertices, faces] = counts(file, lines);
   if (faces == 0) file.refuse("it has no faces; export a mesh with faces");
@@ -95,6 +94,33 @@ FaceList read_off(const MeshFile& file) {
     mesh.add_face(corners);
   }
   return mesh;
+}
+
+/// Without normals: many readers of .off know none and refuse a file that starts with "NOFF".
+void write_off(const TriangleMesh& mesh, const Eigen::Matrix3d& turn, std::ostream& out) {
+  RecordStream file(out);
+  file.print("OFF\n{} {} 0\n", mesh.vertices.size(), mesh.triangles.size());
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    const Eigen::Vector3f x = (turn * vertex).cast<float>();
+    file.print("{:.9g} {:.9g} {:.9g}\n", x.x(), x.y(), x.z());
+  }
+  for (const auto& [a, b, c] : mesh.triangles) file.print("3 {} {} {}\n", a, b, c);
+}
+
+bool looks_like_off(std::string_view head) {
+  const std::string_view word = take_word(head);
+  return (word == "OFF" || word == "COFF" || word == "NOFF") && to_integer(take_word(head));
+}
+
+}  // namespace
+
+MeshFormat off_format() {
+  return {.seems = "an .off file",
+          .looks_like = looks_like_off,
+          .read = read_off,
+          .write = [](const TriangleMesh& mesh, const MeshWriting& how, std::ostream& out) {
+            write_off(mesh, how.options.file_turn(), out);
+          }};
 }
 
 }  // namespace qjulia::shape

@@ -2,16 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <bit>
+#include <Eigen/Geometry>
+#include <array>
 #include <cstring>
 
 #include "base/input_file.hpp"
-#include "mesh_io/mesh_file.hpp"
+#include "mesh_io/formats.hpp"
+#include "mesh_io/record_stream.hpp"
 
 namespace qjulia::shape {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "the byte order of binary files");
 
 constexpr std::size_t kHeader = 84;    // 80 bytes of anything, a 32-bit count
 constexpr std::size_t kTriangle = 50;  // normal and corners as 12 floats, 2 bytes of anything
@@ -93,9 +93,7 @@ void read_text(const MeshFile& file, FaceList& mesh) {
       (size - kHeader) / kTriangle, base::size_text(size)));
 }
 
-}  // namespace
-
-FaceList read_stl(const MeshFile& file) {
+FaceList read_stl(const MeshFile& file, const std::string* /*share*/) {
   FaceList mesh(file);
   mesh.is_soup = true;
   const std::string_view bytes = file.bytes();
@@ -112,6 +110,47 @@ FaceList read_stl(const MeshFile& file) {
   }
   if (mesh.faces() == 0) file.refuse("it has no triangles; export a mesh with triangles");
   return mesh;
+}
+
+/// Binary: each triangle with its normal and its corners, turned by `turn`.
+void write_stl(const TriangleMesh& mesh, const Eigen::Matrix3d& turn, std::ostream& out) {
+  RecordStream file(out);
+  std::string title = "binary stl file";
+  title.resize(79, ' ');
+  title.push_back('\0');  // readers take 80 bytes, and some a string
+  file.print("{}", title);
+  file.add(static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const Triangle& triangle : mesh.triangles) {
+    std::array<Eigen::Vector3f, 3> x;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Eigen::Vector3d turned = turn * mesh.vertices[triangle[i]];
+      x[i] = turned.cast<float>();
+    }
+    const Eigen::Vector3f normal = (x[2] - x[1]).cross(x[0] - x[1]).normalized();
+    for (const Eigen::Vector3f& vector : {normal, x[0], x[1], x[2]}) {
+      for (const float c : vector) file.add(c);
+    }
+    file.add(std::uint16_t{0});  // bytes of attributes
+  }
+}
+
+/// In text: a binary file may begin with anything.
+bool looks_like_stl(std::string_view head) {
+  const bool is_text = head.find('\0') == std::string_view::npos;
+  return is_text && is_word(take_word(head), "solid");
+}
+
+}  // namespace
+
+MeshFormat stl_format() {
+  return {
+      .seems = "an .stl file in text",
+      .looks_like = looks_like_stl,
+      .begins_with_anything = true,
+      .read = read_stl,
+      .write = [](const TriangleMesh& mesh, const MeshWriting& how,
+                  std::ostream& out) { write_stl(mesh, quarter_turns(how.up(), UpAxis::z), out); },
+      .up = UpAxis::z};
 }
 
 }  // namespace qjulia::shape
