@@ -40,11 +40,11 @@ in_fish() {
 
 in_bash render qjulia ren
 in_bash --help,--version qjulia --
-in_bash --material qjulia render --mat
-in_bash --material qjulia render bunny.obj --mat
-in_bash clay,factor,groove,height,iterations,trap qjulia render bunny.obj --material ''
-in_bash trap qjulia render --material = t
-in_bash clay,factor,groove,height,iterations,trap qjulia render --material =
+in_bash --precision qjulia render --prec
+in_bash --precision qjulia render bunny.obj --prec
+in_bash double,single qjulia render bunny.obj --precision ''
+in_bash single qjulia render --precision = s
+in_bash double,single qjulia render --precision =
 in_bash -x,-y,-z qjulia render --up -
 in_bash 'bunny.obj,bunny.ply,shapes,two words.obj' qjulia fit ''
 in_bash bunny.qjulia.json qjulia surface bu
@@ -67,8 +67,8 @@ in_bash '' qjulia render --size ''
 in_bash render qjulia help ren
 
 in_fish render 'qjulia ren'
-in_fish --material 'qjulia render --mat'
-in_fish clay,factor,groove,height,iterations,trap 'qjulia render --material '
+in_fish --precision 'qjulia render --prec'
+in_fish double,single 'qjulia render --precision '
 in_fish 'bunny.obj,bunny.ply,shapes/,two words.obj' 'qjulia fit '
 in_fish bunny.qjulia.json 'qjulia surface bu'
 in_fish bunny.qjulia.json 'qjulia fit -o bu'
