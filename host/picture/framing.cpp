@@ -32,8 +32,9 @@ Points matrix_of(std::span<const Vector3d> points) {
   return all;
 }
 
-/// A side of a camera's pyramid of rays. All points lie within it when the eye is at least
-/// (reach − normal · middle) / tangent away from the middle of the picture.
+/// A side of a camera's pyramid of rays, or of the box that parallel rays fill. All points lie
+/// within it when the eye is at least (reach − normal · middle) / tangent away from the middle of
+/// the picture.
 struct Side {
   Vector3d normal;
   double tangent;
@@ -46,9 +47,9 @@ struct Side {
 /// The sides of the narrower pyramid that the outline is to fill.
 std::array<Side, 4> sides_of(const Camera& camera, const Points& outline, double aspect) {
   const CameraAxes axes = camera_axes(camera);
-  const double tan_y = kFilled * std::tan(0.5 * camera.field_of_view * kDegree);
+  const double tan_y = kFilled * half_height(camera), nearing = is_parallel(camera) ? 0 : 1;
   const auto side = [&](const Vector3d& across, double tangent, bool is_level) {
-    const Vector3d normal = across + tangent * axes.back;
+    const Vector3d normal = across + nearing * tangent * axes.back;
     return Side{normal, tangent, (normal.transpose() * outline).maxCoeff(), is_level};
   };
   return {side(axes.right, aspect * tan_y, true), side(-axes.right, aspect * tan_y, true),
@@ -61,6 +62,7 @@ struct Place {
 };
 
 /// The nearest place from which the whole outline is seen within this tangent to both sides.
+/// @param back zero for parallel rays
 Place nearest_place(const Points& outline, const Vector3d& across, const Vector3d& back,
                     double tangent) {
   const Vector3d axis = tangent * back;
@@ -91,14 +93,16 @@ double middle_place(const Points& outline, const Vector3d& across, const Vector3
 /// possible.
 Vector3d middle_for(const Camera& camera, const Points& outline, double aspect) {
   const CameraAxes axes = camera_axes(camera);
-  const double tan_y = kFilled * std::tan(0.5 * camera.field_of_view * kDegree);
+  const double tan_y = kFilled * half_height(camera);
   const double tan_x = aspect * tan_y;
   const Eigen::RowVectorXd depths = axes.back.transpose() * outline;
-  const double back = std::max({nearest_place(outline, axes.right, axes.back, tan_x).back,
-                                nearest_place(outline, axes.up, axes.back, tan_y).back,
-                                depths.maxCoeff() + clearance(outline)});
-  return middle_place(outline, axes.right, axes.back, tan_x, back) * axes.right +
-         middle_place(outline, axes.up, axes.back, tan_y, back) * axes.up +
+  // Parallel rays show the same from any distance.
+  const Vector3d nearing = is_parallel(camera) ? Vector3d::Zero() : axes.back;
+  double back = std::max(nearest_place(outline, axes.right, nearing, tan_x).back,
+                         nearest_place(outline, axes.up, nearing, tan_y).back);
+  if (!is_parallel(camera)) back = std::max(back, depths.maxCoeff() + clearance(outline));
+  return middle_place(outline, axes.right, nearing, tan_x, back) * axes.right +
+         middle_place(outline, axes.up, nearing, tan_y, back) * axes.up +
          0.5 * (depths.minCoeff() + depths.maxCoeff()) * axes.back;
 }
 
@@ -176,7 +180,7 @@ std::vector<Camera> aimed(std::span<const Camera> cameras, std::span<const Vecto
     const Vector3d back = camera_axes(all[i]).back;
     const double nearest = (back.transpose() * points).maxCoeff() - back.dot(middle);
     double& distance = distances[all[i].field_of_view];
-    distance = std::max(distance, nearest + clearance(points));
+    if (!is_parallel(all[i])) distance = std::max(distance, nearest + clearance(points));
     for (std::size_t k = 4 * i; k < 4 * (i + 1); ++k) {
       distance = std::max(distance, sides[k].distance(middle));
     }

@@ -31,7 +31,9 @@ double distance_along_axis(const View& view, const Vector3d& point) {
 
 View lens_view(const View& view, double width, double focus, int i, int count) {
   constexpr double kPlastic = 1.32471795724474602596;
-  const Vector3d right = view.dir_dx.normalized(), up = view.dir_dy.normalized();
+  const Vector3d right = (view.dir_dx + view.eye_dx).normalized();
+  const Vector3d up = (view.dir_dy + view.eye_dy).normalized();
+  const double aside = spread(i, 1 / kPlastic), down = spread(i, 1 / (kPlastic * kPlastic));
   // Directions reach so far along the axis, and meet the plane in focus after so many of them.
   const double reach = view.direction(0.5 * view.columns, 0.5 * view.rows).norm();
   const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
@@ -40,9 +42,8 @@ View lens_view(const View& view, double width, double focus, int i, int count) {
       radius * (std::cos(golden_angle * i) * right + std::sin(golden_angle * i) * up);
   View through = view;
   through.lens_eye = view.eye;
-  through.eye += away;
-  through.dir += spread(i, 1 / kPlastic) * view.dir_dx +
-                 spread(i, 1 / (kPlastic * kPlastic)) * view.dir_dy - away * (reach / focus);
+  through.eye += aside * view.eye_dx + down * view.eye_dy + away;
+  through.dir += aside * view.dir_dx + down * view.dir_dy - away * (reach / focus);
   return through;
 }
 

@@ -27,14 +27,15 @@ double extent(const Box& box, const Vector3d& up, const Vector3d& unit) {
 double framing_distance(const Camera& camera, const Box& box, double tan_x, double tan_y) {
   double distance = 0;
   const Vector3d up = direction(camera.up.value_or(kDefaultUp));
+  const double nearing = is_parallel(camera) ? 0 : 1;
   Camera turned = camera;
   for (int azimuth = 0; azimuth < 360; azimuth += 5) {
     turned.azimuth = azimuth;
     const CameraAxes axes = camera_axes(turned);
     // The support function of the cylinder along each side plane's normal.
     const auto from = [&](const Vector3d& across, double tangent) {
-      const Vector3d normal = (across + tangent * axes.back).normalized();
-      return extent(box, up, normal) * std::sqrt(1 + tangent * tangent) / tangent;
+      const Vector3d normal = across + nearing * tangent * axes.back;
+      return extent(box, up, normal.normalized()) * normal.norm() / tangent;
     };
     for (const double sign : {-1.0, 1.0}) {
       distance = std::max({distance, from(sign * axes.right, tan_x), from(sign * axes.up, tan_y)});
@@ -94,10 +95,17 @@ CameraAxes camera_axes(const Camera& camera) {
   return axes;
 }
 
+bool is_parallel(const Camera& camera) { return camera.field_of_view == 0; }
+
+double half_height(const Camera& camera) {
+  const double degrees = is_parallel(camera) ? Camera{}.field_of_view : camera.field_of_view;
+  return std::tan(0.5 * degrees * kDegree);
+}
+
 View camera_view(const Camera& camera, const Box& framed, int width, int height, int samples) {
   const int columns = width * samples, rows = height * samples;
   const CameraAxes axes = camera_axes(camera);
-  const double tan_y = std::tan(0.5 * camera.field_of_view * kDegree);
+  const double tan_y = half_height(camera);
   const double tan_x = tan_y * columns / rows;
   const double distance = camera.distance
                               ? *camera.distance
@@ -109,10 +117,21 @@ View camera_view(const Camera& camera, const Box& framed, int width, int height,
   view.columns = columns;
   view.rows = rows;
   view.samples = samples;
-  view.eye = camera.look_at.value_or(camera.frame.value_or(framed).center()) + distance * axes.back;
-  view.dir_dx = pixel * axes.right;
-  view.dir_dy = -pixel * axes.up;
-  view.dir = -axes.back - 0.5 * columns * view.dir_dx - 0.5 * rows * view.dir_dy;
+  const Vector3d middle = camera.look_at.value_or(camera.frame.value_or(framed).center());
+  const Vector3d dx = pixel * axes.right, dy = -pixel * axes.up;
+  const Vector3d to_corner = -0.5 * columns * dx - 0.5 * rows * dy;
+  if (is_parallel(camera)) {
+    const double outside = distance + (middle - framed.center()).norm() + framed.diagonal();
+    view.eye_dx = distance * dx;
+    view.eye_dy = distance * dy;
+    view.eye = middle + outside * axes.back + distance * to_corner;
+    view.dir = -axes.back;
+  } else {
+    view.dir_dx = dx;
+    view.dir_dy = dy;
+    view.eye = middle + distance * axes.back;
+    view.dir = -axes.back + to_corner;
+  }
   view.footprint = distance * pixel;
   view.tolerance = view.footprint / 4;
   return view;

@@ -50,11 +50,18 @@ struct CameraAxes {
 /// along −z.
 CameraAxes camera_axes(const Camera& camera);
 
-/// The camera's view from its distance. A camera without a distance frames a box: the upright
-/// elliptic cylinder in it and a shell around it, with a margin, from the same distance at every
-/// azimuth. Where the camera has a frame of its own, the view is narrowed to the cylinder in that
-/// frame. The camera looks at its `look_at`, else at the middle of what is framed; all are in the
-/// box's coordinates. The view's pixels are the picture's samples, `samples` × `samples` a pixel.
+/// Whether its rays are parallel.
+bool is_parallel(const Camera& camera);
+
+/// Half of the picture's height at distance 1, at zoom 1.
+double half_height(const Camera& camera);
+
+/// The camera's view from its distance, or if its rays are parallel, from far enough outside. A
+/// camera without a distance frames a box: the upright elliptic cylinder in it and a shell around
+/// it, with a margin, from the same distance at every azimuth. Where the camera has a frame of its
+/// own, the view is narrowed to the cylinder in that frame. The camera looks at its `look_at`, else
+/// at the middle of what is framed; all are in the box's coordinates. The view's pixels are the
+/// picture's samples, `samples` × `samples` a pixel.
 View camera_view(const Camera& camera, const Box& framed, int width, int height, int samples);
 
 /// Parallel rays along −`towards` over the box, `size` × `size`.

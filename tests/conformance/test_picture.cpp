@@ -51,6 +51,34 @@ TEST_CASE("a ball's silhouette is the ellipse that perspective makes of it") {
   CHECK(static_cast<double>(image.covered) == Catch::Approx(area).epsilon(0.01));
 }
 
+TEST_CASE("parallel rays see a ball as large wherever it is") {
+  Map map = check::unit_ball();
+  map.frame.box = Box{{-1, -1, -1}, {4, 2.5, 1.5}};
+  PictureOptions options = test::picture_of(320, 240);
+  options.samples = 1;
+  options.camera.field_of_view = 0;
+  options.camera.azimuth = options.camera.elevation = 0;
+  options.camera.look_at = map.frame.box->center();
+  options.camera.distance = 12;
+  const double pixel = 2 * 12 * std::tan(std::numbers::pi / 12) / 240;
+  const double area = std::numbers::pi / (pixel * pixel);
+  const LayeredImage picture = layered_render(test::shared_device(), map, options);
+  CHECK(static_cast<double>(picture.image.covered) == Catch::Approx(area).epsilon(0.01));
+  // All that is seen lies on the ball.
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < picture.layers.depth.size(); ++i) {
+    if (std::isinf(picture.layers.depth[i])) continue;
+    const float* p = picture.layers.position.data() + 3 * i;
+    CHECK(Vector3d(p[0], p[1], p[2]).norm() == Catch::Approx(1).margin(0.02));
+    ++seen;
+  }
+  CHECK(static_cast<double>(seen) > area / 2);
+  options.camera.look_at->z() -= 9;
+  const Image moved = render(test::shared_device(), map, options);
+  CHECK(std::abs(static_cast<double>(moved.covered) - static_cast<double>(picture.image.covered)) <
+        0.01 * area);
+}
+
 TEST_CASE("pictures without loose pieces hide nothing else") {
   const Device device = test::shared_device();
   PictureOptions options = test::picture_of(80, 60);

@@ -362,12 +362,15 @@ struct Extent {
 Extent extent_of(const Camera& camera, const std::vector<Vector3d>& points, int width, int height) {
   const picture::View view = picture::camera_view(camera, {}, width, height, 1);
   Eigen::Matrix3d columns;
-  columns << view.dir, view.dir_dx, view.dir_dy;
+  const bool is_parallel = picture::is_parallel(camera);
+  columns << view.dir, is_parallel ? view.eye_dx : view.dir_dx,
+      is_parallel ? view.eye_dy : view.dir_dy;
   Extent extent;
   for (const Vector3d& point : points) {
     const Vector3d seen = columns.inverse() * (point - view.eye);
     REQUIRE(seen[0] > 0);
-    const Eigen::Vector2d at(seen[1] / seen[0] / width, seen[2] / seen[0] / height);
+    const double nearer = is_parallel ? 1 : seen[0];
+    const Eigen::Vector2d at(seen[1] / nearer / width, seen[2] / nearer / height);
     extent.low = extent.low.cwiseMin(at);
     extent.high = extent.high.cwiseMax(at);
   }
@@ -404,9 +407,11 @@ TEST_CASE("what is framed fills the tighter side and stands in the middle at eve
     for (const auto& [width, height] :
          {std::pair{390, 844}, {640, 480}, {1920, 820}, {100, 100}, {480, 640}}) {
       for (const double elevation : {-30.0, 15.0, 80.0}) {
-        for (const double azimuth : {30.0, 205.0}) {
-          CAPTURE(points.size(), width, height, azimuth, elevation);
-          const Camera camera = standing_camera(azimuth, elevation);
+        for (const auto& [azimuth, field_of_view] :
+             {std::pair{30.0, 30.0}, {205.0, 30.0}, {60.0, 0.0}}) {
+          CAPTURE(points.size(), width, height, azimuth, elevation, field_of_view);
+          Camera camera = standing_camera(azimuth, elevation);
+          camera.field_of_view = field_of_view;
           const Camera aimed =
               picture::aimed(std::span(&camera, 1), outline, static_cast<double>(width) / height)
                   .front();
