@@ -52,7 +52,7 @@ class RadianceReader {
     if (!is_rgbe) throw InputError("it is not in the format 32-bit_rle_rgbe");
     read_size();
     Environment made{width_, height_, {}};
-    made.radiance.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+    // No memory is taken for rows that the file promises and does not have.
     for (int row = 0; row < height_; ++row) read_row(made.radiance);
     return made;
   }
@@ -193,14 +193,15 @@ Environment environment_from_exr(std::string_view bytes) {
     made.width = window.max.x - window.min.x + 1;
     made.height = window.max.y - window.min.y + 1;
     const auto wide = static_cast<std::size_t>(made.width);
-    std::vector<Imf::Rgba> pixels(wide * static_cast<std::size_t>(made.height));
-    // The library adds to its base the window's corner.
-    const std::ptrdiff_t corner = window.min.x + std::ptrdiff_t{window.min.y} * made.width;
-    file.setFrameBuffer(pixels.data() - corner, 1, wide);
-    file.readPixels(window.min.y, window.max.y);
-    for (const Imf::Rgba& c : pixels) {
-      made.radiance.emplace_back(std::max(float(c.r), 0.0F), std::max(float(c.g), 0.0F),
-                                 std::max(float(c.b), 0.0F));
+    std::vector<Imf::Rgba> row(wide);
+    // The library adds a pixel's column to its base; all rows go to the same place.
+    file.setFrameBuffer(row.data() - window.min.x, 1, 0);
+    for (int y = window.min.y; y <= window.max.y; ++y) {
+      file.readPixels(y);
+      for (const Imf::Rgba& c : row) {
+        made.radiance.emplace_back(std::max(float(c.r), 0.0F), std::max(float(c.g), 0.0F),
+                                   std::max(float(c.b), 0.0F));
+      }
     }
   } catch (const InputError&) {
     throw;

@@ -5,5 +5,5 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   return qjulia::test::fuzz_file(data, size, QJULIA_FUZZ_EXTENSION,
-                                 [](const auto& file) { qjulia::read_original(file).validate(); });
+                                 [](const auto& file) { qjulia::original::read_original(file).validate(); });
 }

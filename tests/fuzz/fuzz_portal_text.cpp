@@ -5,6 +5,6 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   return qjulia::test::fuzz_file(data, size, ".txt", [](const auto& file) {
-    qjulia::read_portal_text(file, qjulia::ShapeToMap{});
+    qjulia::original::read_portal_text(file, qjulia::ShapeToMap{});
   });
 }
