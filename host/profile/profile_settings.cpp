@@ -1,5 +1,7 @@
 #include "qjulia/profile/profile_settings.hpp"
 
+#include <array>
+#include <string_view>
 #include <vector>
 
 #include "qjulia/map/orbit_settings.hpp"
@@ -75,6 +77,19 @@ std::span<const SettingOf<ProfileOptions>> profile_settings() {
     std::vector<SettingOf<ProfileOptions>> made = own_profile_settings();
     made.push_back({precision_setting(),
                     [](ProfileOptions& o) -> ValuePlace { return WordPlace(o.precision); }});
+    return made;
+  }();
+  return all;
+}
+
+std::span<const SettingOf<ProfileOptions>> tune_settings() {
+  static const std::vector<SettingOf<ProfileOptions>> all = [] {
+    constexpr std::array<std::string_view, 5> kNames{"sample_points", "factors", "repeats", "seed",
+                                                     "precision"};
+    std::vector<SettingOf<ProfileOptions>> made;
+    for (const std::string_view name : kNames) {
+      made.push_back(setting_named(profile_settings(), name, "profiles"));
+    }
     return made;
   }();
   return all;

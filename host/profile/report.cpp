@@ -50,6 +50,14 @@ void add_counters(const KernelFigures& f, nlohmann::json& json) {
   json["resident_items"] = r ? or_null(r->resident_items) : nlohmann::json(nullptr);
 }
 
+bool same_work(const KernelFigures& f, const nlohmann::json& old) {
+  return old.at("kernel") == f.kernel && old.at("iterations") == f.iterations &&
+         old.at("samples") == f.samples && old.at("factors") == f.factors &&
+         old.at("width") == f.width && old.at("precision") == to_string(f.precision);
+}
+
+}  // namespace
+
 nlohmann::json to_json(const KernelFigures& f) {
   const Interval interval = f.run_seconds.empty() ? Interval{} : interval_of_median(f.run_seconds);
   nlohmann::json json{
@@ -94,14 +102,6 @@ nlohmann::json to_json(const KernelFigures& f) {
   add_counters(f, json);
   return json;
 }
-
-bool same_work(const KernelFigures& f, const nlohmann::json& old) {
-  return old.at("kernel") == f.kernel && old.at("iterations") == f.iterations &&
-         old.at("samples") == f.samples && old.at("factors") == f.factors &&
-         old.at("width") == f.width && old.at("precision") == to_string(f.precision);
-}
-
-}  // namespace
 
 nlohmann::json to_json(const ProfileReport& report) {
   nlohmann::json kernels = nlohmann::json::array();

@@ -22,6 +22,7 @@ from ._fitting import Fit, FitResult, StageReport, fit, shape
 from ._jobs import run
 from ._map import Comparison, Map, compare, looks, quadratic_map, render, save_png
 from ._mesh import Surface, read_mesh, sample_surface, signed_distance
+from ._profiles import doctor, profile, profile_launch, tune
 
 
 def load(path):
@@ -49,9 +50,12 @@ __all__ = [
     "__version__",
     "compare",
     "devices",
+    "doctor",
     "fit",
     "load",
     "looks",
+    "profile",
+    "profile_launch",
     "quadratic_map",
     "read_mesh",
     "render",
@@ -60,6 +64,7 @@ __all__ = [
     "save_png",
     "shape",
     "signed_distance",
+    "tune",
 ]
 
 # Users see one module, whatever file something is written in.

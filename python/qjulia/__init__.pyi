@@ -41,9 +41,12 @@ __all__ = [
     "__version__",
     "compare",
     "devices",
+    "doctor",
     "fit",
     "load",
     "looks",
+    "profile",
+    "profile_launch",
     "quadratic_map",
     "read_mesh",
     "render",
@@ -52,6 +55,7 @@ __all__ = [
     "save_png",
     "shape",
     "signed_distance",
+    "tune",
 ]
 
 __version__: str
@@ -694,3 +698,58 @@ class Energy:
     def value_and_gradient(self, x: ArrayLike) -> Tuple[float, _Doubles]: ...
     def field(self, x: ArrayLike) -> _Doubles: ...
     def map_at(self, x: ArrayLike) -> Map: ...
+def profile(
+    map: Optional[Map] = ...,
+    mesh: Optional[_Mesh] = ...,
+    faces: Optional[ArrayLike] = ...,
+    *,
+    kernels: Union[str, Sequence[str]] = ...,
+    host_name: bool = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    # profile_settings
+    sample_points: SupportsIndex = ...,
+    factors: SupportsIndex = ...,
+    repeats: SupportsIndex = ...,
+    seed: SupportsIndex = ...,
+    lane_width: Optional[SupportsIndex] = ...,
+    n: Optional[SupportsIndex] = ...,
+    time_limit: Optional[float] = ...,
+    counters: bool = ...,
+    precision: Literal["single", "double"] = ...,
+    # end of profile_settings
+) -> Dict[str, Any]: ...
+def tune(
+    map: Optional[Map] = ...,
+    mesh: Optional[_Mesh] = ...,
+    faces: Optional[ArrayLike] = ...,
+    *,
+    keep: bool = ...,
+    host_name: bool = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    # tune_settings
+    sample_points: SupportsIndex = ...,
+    factors: SupportsIndex = ...,
+    repeats: SupportsIndex = ...,
+    seed: SupportsIndex = ...,
+    precision: Literal["single", "double"] = ...,
+    # end of tune_settings
+) -> Dict[str, Any]: ...
+def doctor(
+    *,
+    programs: Union[str, Sequence[str]] = ...,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+) -> Dict[str, Any]: ...
+def profile_launch(
+    kernel: str,
+    run: Callable[[], object],
+    *,
+    device: _Device = ...,
+    slots: float = ...,
+    bytes: float = ...,
+    at_most: bool = ...,
+    precision: _Precision = ...,
+    repeats: SupportsIndex = ...,
+) -> Dict[str, Any]: ...

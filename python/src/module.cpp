@@ -23,4 +23,5 @@ PYBIND11_MODULE(_core, module) {
   add_jobs(module);
   add_surfaces(module);
   add_pictures(module);
+  add_profiles(module);
 }

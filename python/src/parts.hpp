@@ -12,6 +12,7 @@ void add_evaluation(pybind11::module_& module);  ///< fields at points and on gr
 void add_fitting(pybind11::module_& module);     ///< maps from meshes
 void add_jobs(pybind11::module_& module);        ///< commands as data
 void add_pictures(pybind11::module_& module);
+void add_profiles(pybind11::module_& module);  ///< profiles, tuning, checks of a device
 void add_surfaces(pybind11::module_& module);  ///< meshes of sets, and how well they fit
 
 }  // namespace qjulia::python

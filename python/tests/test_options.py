@@ -8,6 +8,7 @@ from test_types import keywords_in_stub
 
 POINTS = np.array([[0.9, 0.1, 0.2], [0.2, 0.3, 0.1], [1.4, 0.0, 0.1]])
 BOX = [[-1.5, -1.5, -0.5], [1.5, 1.5, 0.6]]
+SMALL = {"sample_points": 500, "factors": 16, "repeats": 1}
 FEW = {"factors": 9, "max_evaluations": 2, "schedule": "fast"}
 QUERY = {"n": 2, "space": "map", "precision": "double", "escape": 30}
 PRINT = {"height": 40, "flat_foot": 1, "shell": 4, "drain": 2}
@@ -218,6 +219,22 @@ class Calls:
                 lambda **k: self.ran(**k),
                 [{**hear, "changes": {"size": "16x12"}, "inputs": self.folder}],
             ),
+            "profile": (
+                lambda **k: settings_of_profile(qjulia.profile(**(k or {"repeats": 1, "time_limit": 1e-6}))),
+                [{**hear, **examples("profile_settings"), "kernels": "energy*", "host_name": True}],
+            ),
+            "tune": (
+                lambda **k: settings_of_tuning(qjulia.tune(**{**SMALL, "keep": False, **k})),
+                [{**hear, **examples("tune_settings"), "keep": False, "host_name": True}],
+            ),
+            "doctor": (
+                lambda **k: [check["program"] for check in qjulia.doctor(**(k or {"programs": "reduce.cl"}))["programs"]],
+                [{**hear, "programs": ["builtins.cl"]}],
+            ),
+            "profile_launch": (
+                lambda **k: settings_of_kernel(qjulia.profile_launch("f", noted, **{"repeats": 1, **k})),
+                [{**use, "slots": 1e6, "bytes": 1e3, "at_most": True, "precision": "double", "repeats": 2}],
+            ),
             "Energy.__init__": (
                 lambda **k: energy_of(map, **k),
                 [
@@ -243,6 +260,20 @@ def finished(fit):
     for _ in fit:
         pass
     return fit.map
+
+
+def settings_of_kernel(figures):
+    """What a kernel's figures say of how it was measured: times differ from run to run."""
+    names = ("kernel", "samples", "factors", "iterations", "width", "precision", "work_is_at_most", "slots", "memory_bytes")
+    return [repr(figures[name]) for name in names] + [str(len(figures["runs"]["seconds"]))]
+
+
+def settings_of_profile(report):
+    return [settings_of_kernel(figures) for figures in report["kernels"]] + sorted(report["made"])
+
+
+def settings_of_tuning(report):
+    return [report["precision"], str(report["tolerance"]), *sorted(report["made"])]
 
 
 def energy_of(map, **options):

@@ -43,7 +43,7 @@ def keywords_known(call):
     return set(str(raised.value).split("it takes ")[1].split(", "))
 
 
-PYTHONS_OWN = {"device", "on_progress", "on_stage", "on_evaluation", "layers", "framed", "faces"}
+PYTHONS_OWN = {"device", "on_progress", "on_stage", "on_evaluation", "layers", "framed", "faces", "kernels", "host_name", "keep"}
 
 
 def test_stubs_list_every_keyword(map, torus, device):
@@ -66,6 +66,9 @@ def test_stubs_list_every_keyword(map, torus, device):
         | keywords_known(lambda **k: qjulia.shape(*torus, versor="noise", **k)),
         "signed_distance": keywords_known(lambda **k: qjulia.signed_distance(torus, points, **k)),
         "Energy.__init__": keywords_known(lambda **k: qjulia.Energy(map, points, **k)),
+        "profile": keywords_known(qjulia.profile),
+        "tune": keywords_known(qjulia.tune),
+        "profile_launch": keywords_known(lambda **k: qjulia.profile_launch("f", print, **k)),
     }
     for name, keywords in known.items():
         assert stub[name] - PYTHONS_OWN == keywords - PYTHONS_OWN - {"versor"} | (
@@ -80,7 +83,7 @@ def test_stubs_have_the_keywords_of_the_tables():
     with open(os.path.join(FOLDER, "__init__.pyi")) as file:
         text = file.read()
     assert stubs.with_keywords(text) == text, "cmake --build --preset release --target reference"
-    assert text.count("# end of ") == 14
+    assert text.count("# end of ") == 16
 
 
 TABLES = {
@@ -95,6 +98,8 @@ TABLES = {
     "picture_settings": qjulia.render,
     "knob_table": qjulia.Map.with_knobs,
     "portal_settings": qjulia.Map.portals,
+    "profile_settings": qjulia.profile,
+    "tune_settings": qjulia.tune,
 }
 
 

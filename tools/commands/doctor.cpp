@@ -92,16 +92,6 @@ std::string about(const Device& device, const DriverFacts& facts) {
   return about_device(device) + about_driver(facts);
 }
 
-void add_device_facts(const Device& device, const DriverFacts& facts, nlohmann::json& json) {
-  json["program"] = program_name();
-  json["device"] = to_json(device.info());
-  json["layout"] = to_string(device.layout());
-  json["driver"] = to_json(facts);
-  for (const Precision precision : kPrecisions) {
-    json["tuning"][to_string(precision)] = to_json(device.tuning(precision));
-  }
-}
-
 void write_junit(const std::string& file, const std::vector<CheckSuite>& suites) {
   if (!file.empty()) base::write_file(file, junit_text(suites));
 }

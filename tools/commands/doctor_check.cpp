@@ -13,6 +13,7 @@
 #include "commands/doctor_commands.hpp"
 #include "console/failure.hpp"
 #include "jobs/check_process.hpp"
+#include "jobs/doctor_report.hpp"
 #include "jobs/machine_findings.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/check/self_test.hpp"
@@ -74,26 +75,7 @@ ProcessChecks checks_of(const Device& device, const DoctorCheckArguments& argume
     return check_in_processes(device, arguments.programs,
                               std::chrono::seconds(arguments.most_seconds), session);
   }
-  ProcessChecks all{{device.info(), device.layout(), {}}, {}, {}, {}, {}};
-  const auto chosen = chosen_checks(device, arguments.programs);
-  for (const std::size_t number : chosen) {
-    throw_if_stopped(session.stop());
-    const auto done = static_cast<double>(all.report.checks.size());
-    session.monitor().report({"checking", done / static_cast<double>(chosen.size()), -1, {}});
-    all.report.checks.push_back(self_test_check(device, number));
-  }
-  all.waited = device.wait_time();
-  all.built = base::build_total();
-  all.signals.resize(chosen.size());
-  all.seconds.resize(chosen.size());
-  return all;
-}
-
-base::Finding crash_finding(const ProgramCheck& check) {
-  return {"crash", check.program,
-          fmt::format("{} in {} precision: {}. A newer or an older driver may do better; commands "
-                      "that need no such program work",
-                      check.program, to_string(check.precision), check.problem)};
+  return check_here(device, arguments.programs, session.monitor());
 }
 
 int run_doctor_check(const DoctorCheckArguments& arguments, Session& session) {
@@ -104,36 +86,17 @@ int run_doctor_check(const DoctorCheckArguments& arguments, Session& session) {
   const DriverFacts facts = driver_facts(device);  // before anything is set for processes
   const ProcessChecks checks = checks_of(device, arguments, session);
   const SelfTestReport& report = checks.report;
-  std::vector<base::Finding> crashes;
+  const auto findings = doctor_findings(device, facts, checks);
   std::string text = about(device, facts);
-  nlohmann::json json = to_json(report);
+  nlohmann::json json = doctor_report(device, facts, checks, findings);
   LogFolder logs;
   for (std::size_t i = 0; i < report.checks.size(); ++i) {
     const ProgramCheck& check = report.checks[i];
     const std::string log = check.is_built ? std::string() : logs.keep(check);
     text += line(check, log) + "\n";
     if (!log.empty()) json["programs"][i]["build_log"] = log;
-    json["programs"][i]["signal"] =
-        checks.signals[i] == 0 ? nlohmann::json() : nlohmann::json(checks.signals[i]);
-    json["programs"][i]["seconds"] =
-        checks.seconds[i] > 0 ? nlohmann::json(checks.seconds[i]) : nlohmann::json();
-    if (checks.signals[i] != 0) crashes.push_back(crash_finding(check));
   }
-  auto findings = machine_findings();
-  const WaitTime& waited = checks.waited;
-  std::ranges::move(waiting_findings(device.info(), waited), std::back_inserter(findings));
-  std::ranges::move(driver_findings(device, facts), std::back_inserter(findings));
-  std::ranges::move(crashes, std::back_inserter(findings));
-  text += describe(checks.built) + "\n" + describe(waited) + "\n" + findings_text(findings);
-  json["builds"] = {{"compiled", checks.built.compiled},
-                    {"loaded", checks.built.loaded},
-                    {"replaced", checks.built.replaced},
-                    {"seconds", checks.built.seconds}};
-  json["findings"] = to_json(findings);
-  json["waiting"] = {{"seconds", waited.seconds},
-                     {"processor_seconds", waited.processor_seconds},
-                     {"slept_seconds", waited.slept_seconds}};
-  add_device_facts(device, facts, json);
+  text += describe(checks.built) + "\n" + describe(checks.waited) + "\n" + findings_text(findings);
   write_junit(arguments.junit, {{to_string(device.layout()), json}});
   session.console.result(text + verdict(report), json);
   return report.has_passed() ? kDone : kFailed;

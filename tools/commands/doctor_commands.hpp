@@ -28,9 +28,8 @@ void add_checks(Command command, DoctorArguments& arguments);
 /// @throws NoDeviceError, after the machine's findings are shown
 Device device_to_check(const DoctorArguments& arguments, Session& session);
 
-/// The device, its driver and its settings: as text, and in a report.
+/// The device, its driver and its settings, as text.
 std::string about(const Device& device, const DriverFacts& facts);
-void add_device_facts(const Device& device, const DriverFacts& facts, nlohmann::json& json);
 
 /// Writes the results as JUnit's XML where a file is named.
 void write_junit(const std::string& file, const std::vector<CheckSuite>& suites);

@@ -15,6 +15,7 @@
 #include "console/child_output.hpp"
 #include "console/failure.hpp"
 #include "jobs/check_process.hpp"
+#include "jobs/doctor_report.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/device/driver_facts.hpp"
 

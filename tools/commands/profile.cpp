@@ -17,8 +17,11 @@ namespace qjulia::tools {
 const std::vector<std::string_view> kSettingsOfMeasuring = {
     "sample_points", "factors",    "repeats",    "seed",
     "lane_width",    "iterations", "time_limit", "precision"};
-const std::vector<std::string_view> kSettingsOfTuning = {"sample_points", "factors", "repeats",
-                                                         "seed", "precision"};
+const std::vector<std::string_view> kSettingsOfTuning = [] {
+  std::vector<std::string_view> names;
+  for (const Setting& setting : tune_settings()) names.push_back(setting.name);
+  return names;
+}();
 
 void add_measured(Command command, MeasuredArguments& arguments,
                   const std::vector<std::string_view>& settings) {

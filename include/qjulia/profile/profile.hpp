@@ -152,6 +152,7 @@ struct ProfileReport {
 ProfileReport profile(const Device& device, const ProfileOptions& options,
                       const ProgressMonitor& monitor = {});
 
+nlohmann::json to_json(const KernelFigures& figures);
 nlohmann::json to_json(const ProfileReport& report);
 /// A line for each kernel, as in JSON, under a line of names; empty where nothing is known.
 std::string to_csv(const ProfileReport& report);

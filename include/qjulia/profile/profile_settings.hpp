@@ -10,4 +10,7 @@ namespace qjulia {
 
 std::span<const SettingOf<ProfileOptions>> profile_settings();
 
+/// Those of them that `tune` and `measure_grid` use.
+std::span<const SettingOf<ProfileOptions>> tune_settings();
+
 }  // namespace qjulia

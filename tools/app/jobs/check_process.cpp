@@ -218,11 +218,33 @@ std::vector<std::size_t> chosen_checks(const Device& device, const std::string& 
     if (programs.empty() || is_named) chosen.push_back(i);
   }
   if (chosen.empty()) {
-    throw InputError(fmt::format(
-        "--programs: no check has a name like '{}'; give names such as 'energy.cl' or 'gradient*'",
-        programs));
+    throw OptionError(
+        "programs",
+        fmt::format("no check has a name like '{}'; give names such as 'energy.cl' or 'gradient*'",
+                    programs));
   }
   return chosen;
+}
+
+ProcessChecks check_here(const Device& device, const std::string& programs,
+                         const ProgressMonitor& monitor) {
+  using Clock = std::chrono::steady_clock;
+  ProcessChecks all{{device.info(), device.layout(), {}}, {}, {}, {}, {}};
+  const auto plan = self_test_plan(device);
+  const auto chosen = chosen_checks(device, programs);
+  for (const std::size_t number : chosen) {
+    throw_if_stopped(monitor.stop);
+    const auto done = static_cast<double>(all.report.checks.size());
+    monitor.report(
+        {"checking", done / static_cast<double>(chosen.size()), -1, plan[number].program});
+    const Clock::time_point began = Clock::now();
+    all.report.checks.push_back(self_test_check(device, number));
+    all.seconds.push_back(std::chrono::duration<double>(Clock::now() - began).count());
+  }
+  all.waited = device.wait_time();
+  all.built = base::build_total();
+  all.signals.resize(chosen.size());
+  return all;
 }
 
 ProcessChecks check_in_processes(const Device& device, const std::string& programs,

@@ -1,5 +1,5 @@
 #pragma once
-/// The checks of `qjulia doctor` in a process of their own, which a driver may crash.
+/// The checks of `qjulia doctor`, in this process or in one of their own, which a driver may crash.
 
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -23,6 +23,11 @@ struct ProcessChecks {
 /// @param programs names with * and ?, between commas; empty: all.
 /// @throws InputError where there are none
 std::vector<std::size_t> chosen_checks(const Device& device, const std::string& programs);
+
+/// These checks of `self_test`, in this process, which a driver that crashes ends.
+/// @throws InputError as `chosen_checks`; Interrupted
+ProcessChecks check_here(const Device& device, const std::string& programs,
+                         const ProgressMonitor& monitor);
 
 /// These checks of `self_test`. Where a process ends in a check, that check has failed, and another
 /// process takes the next ones.

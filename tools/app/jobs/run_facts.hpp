@@ -15,8 +15,10 @@ std::string build_commit();
 /// it.
 std::string build_flags();
 
-/// Program, version, commit, build, UTC date, load average and the job with the hashes of its
-/// inputs. @param with_host the host's name too.
+/// Program, version, commit, build, UTC date and load average. @param with_host the host's name
+/// too.
+nlohmann::json run_facts(bool with_host);
+/// The same with the job, which has the hashes of its inputs.
 nlohmann::json run_facts(const Job& job, bool with_host);
 
 }  // namespace qjulia::tools
