@@ -22,6 +22,7 @@ from ._fitting import Fit, FitResult, StageReport, fit, shape
 from ._jobs import run
 from ._map import Comparison, Map, compare, looks, quadratic_map, render, save_png
 from ._mesh import Surface, read_mesh, sample_surface, signed_distance
+from ._opencl import BufferField
 from ._profiles import doctor, profile, profile_launch, tune
 
 
@@ -31,6 +32,7 @@ def load(path):
 
 
 __all__ = [
+    "BufferField",
     "Comparison",
     "Device",
     "DeviceError",

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "BufferField",
     "Comparison",
     "Device",
     "DeviceError",
@@ -122,6 +123,8 @@ class DeviceInfo(TypedDict):
 
 class Device:
     def __init__(self, name: str = ..., *, layout: str = ..., tuned: bool = ...) -> None: ...
+    @classmethod
+    def from_opencl(cls, queue: Any) -> Device: ...
     @property
     def name(self) -> str: ...
     @property
@@ -753,3 +756,17 @@ def profile_launch(
     precision: _Precision = ...,
     repeats: SupportsIndex = ...,
 ) -> Dict[str, Any]: ...
+class BufferField:
+    def __init__(
+        self,
+        map: Map,
+        *,
+        device: Device,
+        precision: _Precision = ...,
+        escape: Optional[float] = ...,
+    ) -> None: ...
+    def stride(self, count: SupportsIndex) -> int: ...
+    def at(
+        self, points: Any, count: SupportsIndex, field: Any, *, n: SupportsIndex = ...
+    ) -> None: ...
+    def gradient_at(self, points: Any, count: SupportsIndex, gradient: Any) -> None: ...

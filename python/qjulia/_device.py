@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import threading
 import warnings
 
@@ -83,6 +84,38 @@ class Device:
         if warning:
             warnings.warn(warning, stacklevel=2)
 
+    @classmethod
+    def from_opencl(cls, queue):
+        """The device of a queue of pyopencl, which qjulia then works in.
+
+        Buffers of the queue's context can be shared (`BufferField`). All that qjulia computes runs in
+        this queue, after what was put there before. The queue, its context and its device are
+        retained, and released with the last thing that uses the device.
+
+        Parameters
+        ----------
+        queue : pyopencl.CommandQueue
+            It runs commands in order. One with ``PROFILING_ENABLE`` is faster where there are many
+            short launches.
+
+        Returns
+        -------
+        Device
+            With the default settings of its layout, not with tuned ones.
+
+        Raises
+        ------
+        TypeError
+            If `queue` is no queue of pyopencl.
+        InputError
+            If it runs commands out of order.
+        """
+        self = object.__new__(cls)
+        queue_address = address_of(queue, "CommandQueue", "queue")
+        self._core = _core.device_of_queue(queue.context.int_ptr, queue.device.int_ptr, queue_address)
+        self._info = json.loads(self._core.info)
+        return self
+
     @property
     def name(self):
         """The device's name, as OpenCL has it."""
@@ -111,6 +144,19 @@ def devices():
         The ``"id"`` of each is a name for `Device`.
     """
     return json.loads(_core.list_devices())
+
+
+def address_of(thing, kind, argument):
+    """Where OpenCL's object lies that one of pyopencl's holds.
+
+    Nothing else is taken: an address of another kind of object would end the process.
+    """
+    pyopencl = sys.modules.get("pyopencl")
+    if pyopencl is None or not isinstance(thing, getattr(pyopencl, kind)):
+        name = "Buffer" if kind == "MemoryObjectHolder" else kind
+        hint = "; give its .data" if hasattr(thing, "base_data") else ""
+        raise TypeError(f"{argument} must be a pyopencl.{name}, not {type(thing).__name__}{hint}")
+    return thing.int_ptr
 
 
 _default = None

@@ -22,6 +22,7 @@ PYBIND11_MODULE(_core, module) {
   add_fitting(module);
   add_jobs(module);
   add_surfaces(module);
+  add_opencl(module);
   add_pictures(module);
   add_profiles(module);
 }

@@ -37,6 +37,10 @@ def test_every_example_is_tested():
         text = file.read()
     for script in os.listdir(EXAMPLES):
         assert script in text or not script.endswith(".py"), script
+    with open(os.path.join(os.path.dirname(__file__), "test_opencl.py")) as file:
+        text = file.read()
+    for notebook in os.listdir(EXAMPLES):
+        assert notebook in text or not notebook.endswith(".ipynb"), notebook
 
 
 def test_fit_and_draw(run, torus_file, tmp_path):

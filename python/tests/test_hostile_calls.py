@@ -83,6 +83,14 @@ def calls(map, torus, device):
         "loss": lambda x: qjulia.Energy(map, good, loss=x, device=device),
         "unknowns": lambda x: qjulia.Energy(map, good, device=device).value(x),
         "c": lambda x: qjulia.quadratic_map(x),
+        "a queue": lambda x: qjulia.Device.from_opencl(x),
+        "a buffer": lambda x: qjulia.BufferField(map, device=device).at(x, 3, x),
+        "a stride": lambda x: qjulia.BufferField(map, device=device).stride(x),
+        "kernels": lambda x: qjulia.profile(kernels=x, sample_points=64, time_limit=1e-9, device=device),
+        "sample_points": lambda x: qjulia.profile(sample_points=x, time_limit=1e-9, kernels="energy", device=device),
+        "programs": lambda x: qjulia.doctor(programs=("reduce.cl", x), device=device),
+        "a launch": lambda x: qjulia.profile_launch("f", x, repeats=1, device=device),
+        "a launch's slots": lambda x: qjulia.profile_launch("f", int, slots=x, repeats=1, device=device),
     }
     return [
         (f"{name} = {value!r:.40}", function, value)

@@ -89,7 +89,7 @@ class Calls:
         """For each function, what to call, and the keywords of each call."""
         use = {"device": device}
         hear = {**use, "on_progress": noted}
-        map, torus = self.map, self.torus
+        map, torus, queue = self.map, self.torus, opencl_queue()
         colors = np.full((len(self.mesh.vertices), 3), 9, np.uint8)
         fit = {**hear, "on_evaluation": noted}
         fits = [
@@ -235,6 +235,11 @@ class Calls:
                 lambda **k: settings_of_kernel(qjulia.profile_launch("f", noted, **{"repeats": 1, **k})),
                 [{**use, "slots": 1e6, "bytes": 1e3, "at_most": True, "precision": "double", "repeats": 2}],
             ),
+            "BufferField.__init__": (
+                lambda **k: in_buffers(map, queue, {}, **k),
+                [{"device": qjulia.Device.from_opencl(queue), "precision": "double", "escape": 1.2}],
+            ),
+            "BufferField.at": (lambda **k: in_buffers(map, queue, k), [{"n": 2}]),
             "Energy.__init__": (
                 lambda **k: energy_of(map, **k),
                 [
@@ -260,6 +265,27 @@ def finished(fit):
     for _ in fit:
         pass
     return fit.map
+
+
+def opencl_queue():
+    """A queue of pyopencl on the device that the tests use."""
+    pyopencl = pytest.importorskip("pyopencl")
+    name = qjulia.Device("cpu").name
+    devices = [one for platform in pyopencl.get_platforms() for one in platform.get_devices() if one.name == name]
+    return pyopencl.CommandQueue(pyopencl.Context(devices[:1]))
+
+
+def in_buffers(map, queue, at, **options):
+    """The field at POINTS by BufferField."""
+    import pyopencl.array
+
+    field = qjulia.BufferField(map, **{"device": qjulia.Device.from_opencl(queue), **options})
+    real = np.float64 if options.get("precision") == "double" else np.float32
+    host = np.zeros((4, field.stride(len(POINTS))), real)
+    host[:3, : len(POINTS)] = POINTS.T
+    points, values = pyopencl.array.to_device(queue, host), pyopencl.array.to_device(queue, host[0])
+    field.at(points.data, len(POINTS), values.data, **at)
+    return values.get()[: len(POINTS)]
 
 
 def settings_of_kernel(figures):

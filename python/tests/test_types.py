@@ -66,6 +66,9 @@ def test_stubs_list_every_keyword(map, torus, device):
         | keywords_known(lambda **k: qjulia.shape(*torus, versor="noise", **k)),
         "signed_distance": keywords_known(lambda **k: qjulia.signed_distance(torus, points, **k)),
         "Energy.__init__": keywords_known(lambda **k: qjulia.Energy(map, points, **k)),
+        "BufferField.__init__": keywords_known(
+            lambda **k: qjulia.BufferField(map, device=qjulia.Device("cpu"), **k)
+        ),
         "profile": keywords_known(qjulia.profile),
         "tune": keywords_known(qjulia.tune),
         "profile_launch": keywords_known(lambda **k: qjulia.profile_launch("f", print, **k)),
