@@ -58,6 +58,9 @@ void Context::record(std::shared_ptr<Trace> trace, Trace::Row row) {
   impl_->collect_times();
   impl_->trace = std::move(trace);
   impl_->row = row;
+  impl_->allocated->trace = impl_->trace;
+  impl_->allocated->row = row;
+  impl_->allocated->tell();
 }
 
 const std::shared_ptr<Trace>& Context::trace() const { return impl_->trace; }

@@ -5,9 +5,11 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <set>
 #include <string>
@@ -55,6 +57,26 @@ class QueueNumber {
 /// How many bytes a context's buffers take. It outlives the context where a buffer does.
 struct AllocatedBytes {
   std::size_t now = 0, peak = 0;
+  std::shared_ptr<Trace> trace{};  ///< that is told of changes; null: none is
+  Trace::Row row = Trace::Row::device;
+
+  void add(std::size_t bytes) {
+    now += bytes;
+    peak = std::max(peak, now);
+    tell();
+  }
+  /// Where the trace has no room for it, a change less is in it.
+  void remove(std::size_t bytes) noexcept {
+    now -= bytes;
+    try {
+      tell();
+    } catch (const std::bad_alloc&) {
+      return;
+    }
+  }
+  void tell() const {
+    if (trace) trace->add_memory(row, Trace::Clock::now(), now);
+  }
 };
 
 struct Memory::Handle {
@@ -66,7 +88,7 @@ struct Memory::Handle {
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
   ~Handle() {
-    if (allocated) allocated->now -= bytes;
+    if (allocated) allocated->remove(bytes);
   }
 };
 
@@ -99,7 +121,7 @@ struct Context::Impl {
     double units;        ///< the same, or work-items
     double least, most;  ///< seconds that it is expected to take
     cl::Event event;
-    Trace::Clock::time_point before, after;  ///< around the call that launched it
+    Trace::Call call;  ///< that launched it
   };
   std::vector<Pending> pending;
   /// Copies of data that queued writes have yet to read.

@@ -46,8 +46,7 @@ Memory Context::allocate_bytes(std::size_t bytes) {
   impl_->use_large_pages(memory.handle_->buffer, bytes);
   memory.handle_->bytes = bytes;
   memory.handle_->allocated = impl_->allocated;
-  impl_->allocated->now += bytes;
-  impl_->allocated->peak = std::max(impl_->allocated->peak, impl_->allocated->now);
+  impl_->allocated->add(bytes);
   return memory;
 }
 

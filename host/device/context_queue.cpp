@@ -69,11 +69,14 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   const double units = cost > 0 ? cost : items_of(range);
   const double most = handle.launch_time.most(units);
   impl_->make_room(most);
-  const auto before = Trace::Clock::now();
+  Trace::Call call{.before = Trace::Clock::now(),
+                   .slots = work.slots,
+                   .bytes = work.reals * static_cast<double>(real_bytes(handle.precision)),
+                   .at_most = work.at_most};
   cl::Event event;
   const auto enqueue = [&] {
-    auto g = range.global;
-    auto l = range.local;
+    auto& g = call.global = range.global;
+    auto& l = call.local = range.local;
     if (l[0] == 0) {
       l = {handle.group, 1, 1};
       g[0] = (g[0] + l[0] - 1) / l[0] * l[0];
@@ -98,8 +101,8 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
     watch->launched({handle.name, work, handle.precision, resources});
   }
   const double least = handle.launch_time.least(units);
-  const Impl::Pending launched{kernel.handle_, cost,  units,  least,
-                               most,           event, before, Trace::Clock::now()};
+  call.after = Trace::Clock::now();
+  const Impl::Pending launched{kernel.handle_, cost, units, least, most, event, call};
   impl_->patient_wait.expect(least);
   if (impl_->events_have_times.value_or(false)) {
     impl_->pending.push_back(launched);
@@ -108,7 +111,7 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   }
   impl_->expect(impl_->wait([&] { return event.wait(); }),
                 fmt::format("running kernel {}", handle.name));
-  const std::chrono::nanoseconds length = Trace::Clock::now() - before;
+  const std::chrono::nanoseconds length = Trace::Clock::now() - call.before;
   if (!impl_->events_have_times) {
     impl_->events_have_times = event.getProfilingInfo<CL_PROFILING_COMMAND_END>() != 0;
   }
@@ -118,7 +121,8 @@ void Context::launch(const Kernel& kernel, const Range& range, std::span<const A
   }
   impl_->add_time(launched, length);
   if (impl_->trace) {
-    impl_->trace->add(handle.name, impl_->row, Trace::Timer::wall, before, length);
+    impl_->trace->add_launch(handle.name, impl_->row, Trace::Timer::wall, call.before, length,
+                             call);
   }
 }
 
@@ -142,8 +146,8 @@ void Context::Impl::collect_time(const Pending& launch) {
   const auto length = device_times.end - device_times.start;
   add_time(launch, length);
   if (!trace) return;
-  trace->add(launch.kernel->name, row, Trace::Timer::device,
-             clock.on_host(device_times, launch.before, launch.after), length);
+  const auto start = clock.on_host(device_times, launch.call.before, launch.call.after);
+  trace->add_launch(launch.kernel->name, row, Trace::Timer::device, start, length, launch.call);
 }
 
 void Context::Impl::make_room(double seconds) {

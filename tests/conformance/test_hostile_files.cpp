@@ -141,6 +141,9 @@ TEST_CASE("places that cannot be written are named") {
   names_it("Trace", [&] {
     Trace trace(Trace::Clock::time_point::max());
     trace.add("\xff", Trace::Row::host, Trace::Timer::wall, Trace::Clock::time_point::min(), {});
+    trace.add_launch("\xff", Trace::Row::second_queue, Trace::Timer::device, {}, {},
+                     {.slots = std::nan(""), .bytes = -1});
+    trace.add_memory(Trace::Row::third_queue, {}, std::numeric_limits<std::size_t>::max());
     { const TraceStage stage(nullptr, ""); }
     trace.write(nowhere / "trace.json", "\xff", {{"\xff", std::nan("")}});
   });
