@@ -8,7 +8,8 @@
 
 namespace qjulia::tools {
 
-/// The commit that was checked out when it was built; empty where that is not known.
+/// The commit that was checked out when it was built, with "-dirty" behind it where files differed
+/// from it; empty where that is not known.
 std::string build_commit();
 
 /// The compiler, its version, the build's type and flags, without folders of the machine that built
