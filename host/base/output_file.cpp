@@ -14,6 +14,7 @@
 #include <streambuf>
 #include <vector>
 
+#include "base/output_gate.hpp"
 #include "qjulia/base/error.hpp"
 
 namespace qjulia::base {
@@ -271,6 +272,7 @@ void OutputFile::commit() {
 }
 
 void OutputFile::write_into_target() {
+  OutputGate::pass();
   FileBuffer target;
   // Without O_NONBLOCK a pipe would be waited for here until somebody reads it.
   const int file = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
@@ -296,6 +298,7 @@ void OutputFile::replace_target() {
   }
   // Some file systems have nothing to synchronise.
   if (::fsync(file) != 0 && errno != EINVAL && errno != ENOSYS) fail("writing failed", errno);
+  OutputGate::pass();
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail("it cannot be replaced", errno);
   temporary_.clear();
 }
@@ -333,6 +336,7 @@ bool overwrite_file(const std::filesystem::path& path, std::string_view text) {
   if (::fstat(file, &info) != 0 || !S_ISREG(info.st_mode)) return false;
   const auto size = static_cast<std::size_t>(info.st_size);
   if (text.size() > size) return false;
+  OutputGate::pass();
   std::ostream out(&buffer);
   out << text << std::string(size - text.size(), ' ');
   out.flush();

@@ -22,7 +22,8 @@ TEMPORARY = re.compile(r"\.qjulia-[0-9a-f]{16}\.tmp$")
 RAW = re.compile(r"std::|bad_alloc|basic_\w|vector::|terminate|unspecified|json\.exception")
 # What differs from one run to the next.
 VOLATILE = {"seconds", "seconds_all", "earlier_seconds", "fit_seconds", "kernel_seconds",
-            "fit_kernel_seconds", "memory_bytes", "started", "process", "progress", "since", "warnings", "key"}
+            "fit_kernel_seconds", "memory_bytes", "joules", "started", "process", "progress", "since", "warnings",
+            "key"}
 
 
 @dataclass
@@ -100,6 +101,7 @@ class Workshop:
     def fresh_folder(self, command, old=()):
         folder = Path(tempfile.mkdtemp(prefix=f"{command.name}-", dir=self.folder))
         for name, data in command.inputs.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(data)
         for name in old:
             path = folder / name
@@ -209,6 +211,25 @@ def made_map(workshop):
     return {"map.json": (workshop.prepare(fit) / "map.json").read_bytes()}
 
 
+def made_shards(workshop, manifest):
+    """The two shards of a batch, as their runs leave them."""
+    files = {"ball.obj": BALL, "m.toml": manifest}
+    for number in (1, 2):
+        shard = Command(f"shard-{number}", ["batch", "run", "m.toml", "-o", "out", "--shard", f"{number}/2"], files)
+        made = contents(workshop.prepare(shard))
+        files = {**files, **{name: data for name, data in made.items() if not is_scratch(name)}}
+    return files
+
+
+def made_profiles(workshop):
+    """Two profiles, for their page."""
+    words = ["profile", "measure", "--sample-points", "500", "--factors", "16", "--repeats", "1", "--kernels", "energy",
+             "--json"]
+    return {name: subprocess.run([workshop.qjulia, *words, "--seed", seed], capture_output=True, check=True,
+                                 env=workshop.environment).stdout
+            for name, seed in (("a.json", "1"), ("b.json", "2"))}
+
+
 def tiny_commands(workshop):
     """Runs of some tenths of a second, which together read and write every kind of file."""
     of_map = made_map(workshop)
@@ -242,6 +263,9 @@ factors = 9
         Command("shape", ["shape", "ball.obj", "-o", "map.json", "--resolution", "32"],
                 {"ball.obj": BALL}),
         Command("share", ["share", "map.json", "-o", "a.html"], of_map),
+        Command("batch-merge", ["batch", "merge", "out"], made_shards(workshop, manifest)),
+        Command("profile-report", ["profile", "report", "a.json", "b.json", "-o", "report.html"],
+                made_profiles(workshop)),
     ]
     for command in commands:
         workshop.prepare(command)

@@ -367,7 +367,7 @@ shift; exec "$@"
     json entries = read_summary(made)["entries"];
     for (json& entry : entries) {
       for (const char* of_run :
-           {"seconds", "earlier_seconds", "started", "process", "memory_bytes"})
+           {"seconds", "earlier_seconds", "started", "process", "memory_bytes", "joules"})
         entry.erase(of_run);
       for (const char* time : {"fit_seconds", "kernel_seconds"}) entry["figures"].erase(time);
     }

@@ -118,6 +118,37 @@ exec "$QJULIA" batch run "$1" -o "$2" --rank-timeout 3 --events "$2.jsonl"
   CHECK(ended == 1);
 }
 
+TEST_CASE("a rank that goes on after it was given up leaves others' files as they are") {
+  const TemporaryFolder folder;
+  const std::string manifest = make_manifest(folder, "", 1500);
+  const std::string out = folder / "out";
+  // It goes on as soon as another process works on its entry.
+  const std::string script = folder.file("rank.sh", R"(
+if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
+  (until file=$(grep -ls "\"process\": $$[,}]" "$2"/*.status.json) && grep -qs '"running"' $file
+   do sleep 0.01; done; kill -STOP $$
+   until grep -qs '"process"' $file && ! grep -qs "\"process\": $$[,}]" $file
+   do sleep 0.01; done; echo $$ $file > "$3"; kill -CONT $$) &
+fi
+exec "$QJULIA" batch run "$1" -o "$2" --rank-timeout 1
+)");
+  const ProcessResult ranks = run_ranks({"/bin/bash", script, manifest, out, folder / "woken"});
+  CAPTURE(ranks.err);
+  CHECK(ranks.exit_code == 1);  // as alone: one mesh is empty
+  std::istringstream words(read_text(folder / "woken"));
+  long woken = 0;
+  std::string status;
+  REQUIRE(words >> woken >> status);
+  CHECK_THAT(ranks.err, ContainsSubstring("rank 1 had not answered for 1 s"));
+  CHECK(read_summary(out)["counts"]["done"] == 5);
+  const json given_away = json::parse(read_text(status));
+  CHECK(given_away["state"] == "done");
+  CHECK(given_away["process"] != woken);
+  for (const auto& item : std::filesystem::directory_iterator(out)) {
+    CHECK(item.path().extension() != ".checkpoint");
+  }
+}
+
 TEST_CASE("what is wrong from the start is said once, and every rank ends") {
   const TemporaryFolder folder;
   const ProcessResult absent =

@@ -9,6 +9,7 @@
 #include <array>
 #include <atomic>
 #include <catch2/catch_all.hpp>
+#include <chrono>
 #include <cmath>
 #include <latch>
 #include <map>
@@ -20,7 +21,9 @@
 #include <sstream>
 #include <thread>
 
+#include "base/output_file.hpp"
 #include "batch/batch.hpp"
+#include "batch/energy_meter.hpp"
 #include "batch/event_log.hpp"
 #include "batch/folder_lock.hpp"
 #include "batch/round.hpp"
@@ -427,6 +430,7 @@ class BatchRankThread final : public batch::BatchRanks {
     }
     return said;
   }
+  std::chrono::milliseconds patience() const override { return std::chrono::minutes(1); }
 
  private:
   qjulia::test::RankThread ranks_;
@@ -438,14 +442,41 @@ class RankBesideLost final : public batch::BatchRanks {
   int rank() const override { return 0; }
   int size() const override { return 2; }
   std::vector<std::optional<std::string>> exchange(const std::string& mine) override {
-    batch::RoundMessage message{1, {}, {}};
+    batch::RoundMessage message{1, true, {}, {}};
     if (round_ == 0) message.requests.push_back({0, {}});
     if (++round_ < 10) return {mine, packed(message)};
     return {mine, std::nullopt};
   }
+  std::chrono::milliseconds patience() const override { return std::chrono::minutes(1); }
 
  private:
   int round_ = 0;
+};
+
+/// Rank 1 of two, whose process is stopped when `stopped` is set, until `is_awake` is, and which
+/// then hears that it was given up. It keeps the longest time between its rounds.
+class RankThatStops final : public batch::BatchRanks {
+ public:
+  std::atomic<bool> is_stopped = false, is_awake = false;
+  std::chrono::steady_clock::duration longest{};
+
+  int rank() const override { return 1; }
+  int size() const override { return 2; }
+  std::vector<std::optional<std::string>> exchange(const std::string& mine) override {
+    const auto now = std::chrono::steady_clock::now();
+    if (last_) longest = std::max(longest, now - *last_);
+    last_ = now;
+    if (is_stopped) {
+      while (!is_awake) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      throw Error("given up");
+    }
+    // Rank 0 has no runners.
+    return {packed(batch::RoundMessage{0, true, {}, {}}), mine};
+  }
+  std::chrono::milliseconds patience() const override { return std::chrono::milliseconds(400); }
+
+ private:
+  std::optional<std::chrono::steady_clock::time_point> last_;
 };
 
 }  // namespace
@@ -531,6 +562,12 @@ TEST_CASE("shards make the entries of the undivided batch, in its order") {
   refuses("batch.json", "\"name\": \"c\"", "\"name\": \"e\"", "5 of 5 entries, with 4 names");
   refuses("batch.json", "\"entries\": 5", "\"entries\": 6", "5 of 6 entries");
   refuses("batch.json", "\"manifest_hash\": \"", "\"manifest_hash\": \"0", "another batch");
+  const auto status = folder.path() / "shard-1-of-2/e.status.json";
+  std::filesystem::rename(status, status.string() + ".kept");
+  std::filesystem::create_directory(status);  // what cannot be read is not taken for undone
+  CHECK_THROWS_WITH(batch::merge_shards(folder.path()), ContainsSubstring("e.status.json"));
+  std::filesystem::remove(status);
+  std::filesystem::rename(status.string() + ".kept", status);
   std::filesystem::rename(folder.path() / "shard-2-of-2", folder.path() / "shard-9-of-9");
   CHECK(batch::merge_shards(folder.path()).size() == 5);  // the folder's file says which it is
   folder.file("shard-9-of-9/batch.json", "{\"entries\": []}");
@@ -619,7 +656,7 @@ TEST_CASE("an entry that begins leaves the most memory of one that runs") {
 TEST_CASE("entries of a lost rank are done by others") {
   const TemporaryFolder folder;
   const batch::Manifest manifest = manifest_of({"a", "b", "c"});
-  const batch::BatchOptions options = options_for(folder, true);
+  const batch::BatchOptions options = options_for(folder);
   const auto lock = batch::prepare_batch(manifest, options);
   RankBesideLost ranks;
   std::vector<std::string> lost;
@@ -639,6 +676,119 @@ TEST_CASE("entries of a lost rank are done by others") {
   CHECK(done == std::set<std::string>{"a", "b", "c"});
   REQUIRE(lost.size() == 1);  // told once
   CHECK_THAT(lost.front(), Catch::Matchers::StartsWith("rank 1: others do "));
+}
+
+TEST_CASE("joules are those of processors' packages, in equal parts for entries at the same time") {
+  const TemporaryFolder folder;
+  const auto zone = [&](const std::string& name, const std::string& what, const char* microjoules) {
+    std::filesystem::create_directories(folder.path() / name);
+    folder.file(name + "/name", what + "\n");
+    folder.file(name + "/max_energy_range_uj", "10000000\n");
+    folder.file(name + "/energy_uj", microjoules);
+  };
+  CHECK(batch::cpu_energy_counters(folder / "none").empty());
+  zone("intel-rapl:0", "package-0", "1000000\n");
+  zone("intel-rapl:0:0", "core", "1\n");  // within its package
+  zone("intel-rapl:1", "psys", "1\n");    // with all packages in it
+  zone("intel-rapl:2", "package-1", "9000000\n");
+  zone("intel-rapl:3", "package-2", "");  // may not be read
+  auto counters = batch::cpu_energy_counters(folder.path());
+  REQUIRE(counters.size() == 2);
+  batch::EnergyMeter meter(std::move(counters));
+  {
+    batch::EnergyMeter::Account first(meter);
+    zone("intel-rapl:0", "package-0", "3000000\n");
+    CHECK(first.joules() == 2);
+    batch::EnergyMeter::Account second(meter);
+    zone("intel-rapl:2", "package-1", "1000000\n");  // it has begun again: 2 J more
+    CHECK(first.joules() == 3);
+    CHECK(second.joules() == 1);
+    zone("intel-rapl:2", "package-1", "");
+    CHECK_FALSE(first.joules());
+    zone("intel-rapl:2", "package-1", "1000000\n");
+    CHECK_FALSE(first.joules());
+  }
+  batch::EnergyMeter::Account later(meter);
+  CHECK(later.joules() == 0);
+
+  std::filesystem::create_directories(folder.path() / "0000:03:00.0/hwmon/hwmon4");
+  CHECK(batch::gpu_energy_counters("0000:03:00.0", folder.path()).empty());
+  folder.file("0000:03:00.0/hwmon/hwmon4/energy1_input", "5\n");
+  CHECK(batch::gpu_energy_counters("0000:03:00.0", folder.path()).size() == 1);
+  CHECK(batch::gpu_energy_counters("", folder.path()).empty());
+}
+
+TEST_CASE("a batch writes down the joules of its entries") {
+  const TemporaryFolder folder;
+  folder.file("energy", "1000000");
+  batch::BatchDevice one = device("one", [&](const auto& entry, const auto& path, const auto& m) {
+    folder.file("energy", entry.name == "a" ? "3500000" : "4000000");
+    return write_map(entry, path, m);
+  });
+  one.energy = std::make_shared<batch::EnergyMeter>(
+      std::vector<batch::EnergyCounter>{{folder.path() / "energy", 0}});
+  const batch::Manifest manifest = manifest_of({"a", "b"});
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  batch::run_batch(manifest, {one}, options);
+  CHECK(status_of(folder, "a").joules == 2.5);
+  CHECK(status_of(folder, "b").joules == 0.5);
+  one.energy = nullptr;
+  batch::run_batch(manifest, {one}, options);
+  CHECK_FALSE(status_of(folder, "a").joules);
+}
+
+TEST_CASE("a rank that goes on after it was given up writes nothing more") {
+  using namespace std::chrono_literals;
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a"});
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  RankThatStops ranks;
+  const auto worker = device("here", [&](const auto& entry, const auto& path, const auto& monitor) {
+    base::write_file(path / "early", "");
+    ranks.is_stopped = true;
+    std::this_thread::sleep_for(500ms);  // longer than others wait
+    folder.file("a.status.json", "another rank's");
+    ranks.is_awake = true;
+    base::write_file(path / "late", "");
+    return write_map(entry, path, monitor);
+  });
+  std::string events;
+  const auto observe = [&](const batch::BatchEvent& event) {
+    events += std::to_string(static_cast<int>(event.kind));
+  };
+  CHECK_THROWS_WITH(batch::run_batch(manifest, {worker}, options, observe, {}, &ranks), "given up");
+  CHECK(std::filesystem::exists(folder.path() / "early"));
+  CHECK_FALSE(std::filesystem::exists(folder.path() / "late"));
+  CHECK(read_text(folder / "a.status.json") == "another rank's");
+  CHECK(events == std::to_string(static_cast<int>(batch::BatchEvent::Kind::started)));
+}
+
+TEST_CASE("a rank that reads meshes for long joins the rounds meanwhile") {
+  using namespace std::chrono_literals;
+  const TemporaryFolder folder;
+  const batch::Manifest manifest = manifest_of({"a", "b"});
+  batch::BatchOptions options = options_for(folder, true);
+  RankThatStops ranks;
+  {
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest, {device("first", write_map)}, options, {}, {}, &ranks);
+  }
+  const auto lock = batch::prepare_batch(manifest, options);
+  options.key = [key = options.key](const batch::BatchEntry& entry) {
+    std::this_thread::sleep_for(1s);
+    return key(entry);
+  };
+  std::set<std::string> done;
+  const auto observe = [&](const batch::BatchEvent& event) {
+    if (event.kind == batch::BatchEvent::Kind::done && event.earlier)
+      done.insert(event.status->name);
+  };
+  RankThatStops busy;
+  batch::run_batch(manifest, {device("second", write_map)}, options, observe, {}, &busy);
+  CHECK(busy.longest < 900ms);
+  CHECK(done == std::set<std::string>{"b"});  // its share of two ranks
 }
 
 TEST_CASE("each entry is done once by ranks that share a folder") {
@@ -692,6 +842,7 @@ TEST_CASE("a round's message arrives as it was sent, and other bytes are refused
   const std::size_t far = std::size_t{1} << 40;
   const batch::RoundMessage sent{
       300,
+      true,
       {{far, batch::EntryState::done}, {7, batch::EntryState::interrupted}},
       {{0, {}}, {299, {0, 3, far}}}};
   // As the ranks exchange it.
@@ -700,7 +851,7 @@ TEST_CASE("a round's message arrives as it was sent, and other bytes are refused
   CHECK(batch::unpacked(packed(batch::RoundMessage{})) == batch::RoundMessage{});
 
   const std::string bytes = packed(sent);
-  const batch::RoundMessage unknown{1, {{7, static_cast<batch::EntryState>(77)}}, {}};
+  const batch::RoundMessage unknown{1, true, {{7, static_cast<batch::EntryState>(77)}}, {}};
   for (const std::string& broken :
        {std::string(), std::string("x"), bytes.substr(0, bytes.size() / 2), packed(unknown)}) {
     CHECK_THROWS_WITH(batch::unpacked(broken), ContainsSubstring("the same version"));

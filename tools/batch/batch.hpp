@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@
 namespace qjulia::batch {
 
 class BatchRanks;
+class EnergyMeter;
 
 /// An option of a fit as a manifest gives it.
 struct ManifestOption {
@@ -137,6 +139,9 @@ struct EntryStatus {
   /// The most memory that the process had at once since it last began an entry while no other ran,
   /// thus at least in this run; 0 where the system does not say.
   std::uint64_t memory_bytes = 0;
+  /// That the device took in this run, with what else ran on it; none where the system does not
+  /// say. Entries that run side by side on a device get equal parts.
+  std::optional<double> joules;
   std::string error;
   std::vector<FailedTry> failed_tries;
   std::vector<std::string> files;  ///< in the batch's folder; until it is done, an earlier run's
@@ -167,6 +172,7 @@ struct BatchDevice {
   std::string name;
   /// Opens it, again after it has failed. @throws Error
   std::function<BatchWorker()> open;
+  std::shared_ptr<EnergyMeter> energy{};  ///< of the whole device; null: it does not say
 };
 
 struct BatchOptions {
@@ -210,10 +216,15 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
                                    const std::function<void(const BatchEvent&)>& observe = {},
                                    std::stop_token stop = {}, BatchRanks* ranks = nullptr);
 
+/// What becomes of entries whose status cannot be read: they wait, with the reason as their error,
+/// or InputError is thrown.
+enum class UnreadableStatus { shown, refused };
+
 /// Every entry of the batch in `folder`, in the manifest's order, from any rank.
 /// @param is_running whether a process has the folder: what is under way is lost without.
 /// @throws InputError when there is no batch.
-std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is_running);
+std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is_running,
+                                    UnreadableStatus unreadable = UnreadableStatus::shown);
 
 /// Writes summary.json, summary.csv, index.html, and contact_sheet.png of the pictures there are.
 /// @throws OutputError

@@ -111,6 +111,7 @@ void EventLog::write(const BatchEvent& event) {
     members["seconds"] = finite_or_null(status->seconds);
     if (status->energy) members["energy"] = finite_or_null(*status->energy);
     if (status->memory_bytes > 0) members["memory_bytes"] = status->memory_bytes;
+    if (status->joules) members["joules"] = *status->joules;
     if (event.kind == EventKind::done) members["figures"] = status->figures;
   }
   write(name_of_event(event.kind), std::move(members));
@@ -158,6 +159,8 @@ std::string metrics_text(const std::map<std::string, KnownEntry>& entries, std::
          if (status.memory_bytes == 0) return std::nullopt;
          return static_cast<double>(status.memory_bytes);
        });
+  each("entry_joules", "Energy that the device took in the entry's latest run.",
+       [](const EntryStatus& status) { return status.joules; });
   describe("time_seconds", "Unix time at which this was written.");
   const std::string labels = shard ? "{" + shard_label + "}" : std::string();
   return text + fmt::format("qjulia_batch_time_seconds{} {:.3f}\n", labels, time);

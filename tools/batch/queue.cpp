@@ -1,8 +1,11 @@
 #include "batch/queue.hpp"
 
+#include <time.h>
+
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <thread>
 #include <utility>
 
 #include "batch/status.hpp"
@@ -13,6 +16,13 @@ namespace {
 
 /// A rank with nothing to tell joins a round as often, so that others are not kept waiting.
 constexpr std::chrono::milliseconds kBetweenRounds{50};
+
+/// Of a clock that goes on while this process is stopped and while the machine sleeps.
+std::chrono::nanoseconds since_boot() {
+  timespec now{};
+  ::clock_gettime(CLOCK_BOOTTIME, &now);
+  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+}
 
 /// None is ever empty, except where a machine lost power.
 bool files_exist(const std::filesystem::path& folder, const EntryStatus& status) {
@@ -38,6 +48,7 @@ Queue::Queue(const Manifest& manifest, const BatchOptions& options, BatchRanks* 
       observe_settled_(std::move(observe_settled)),
       observe_lost_(std::move(observe_lost)),
       places_(manifest.entries.size(), Place::open),
+      is_ready_(!options.resume),
       held_(runners),
       runners_(runners) {
   // So that giving an entry back needs no memory.
@@ -93,9 +104,24 @@ void Queue::leave(std::size_t runner) noexcept {
   tell();
 }
 
+bool Queue::is_heard() const { return since_boot() - last_round_ < ranks_->patience() / 2; }
+
+void Queue::expect_own_entries() {
+  // Nobody gives rank 0 up and does its entries.
+  if (ranks_ == nullptr || rank_ == 0) return;
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return has_failed_ || is_heard(); });
+  if (!has_failed_) return;
+  throw Error("this rank is given up, and others do its entries: it writes no more of their files");
+}
+
 void Queue::run() {
   try {
-    if (options_.resume) settle_earlier();
+    // Beside the rounds: reading many large meshes takes longer than others wait for a rank.
+    std::jthread looking;
+    if (options_.resume) {
+      looking = std::jthread([&](const std::stop_token& stop) { look_at_earlier(stop); });
+    }
     bool is_runner_left = true;
     while (is_runner_left) {
       const auto messages = exchange(message());
@@ -117,7 +143,8 @@ RoundMessage Queue::message() {
   std::unique_lock lock(mutex_);
   news_.wait_for(lock, kBetweenRounds, [&] { return has_news_; });
   has_news_ = false;
-  RoundMessage message{runners_, put_back_, {}};
+  if (not_ready_) std::rethrow_exception(not_ready_);
+  RoundMessage message{runners_, is_ready_, put_back_, {}};
   put_back_.clear();
   for (const auto& [runner, request] : requests_) {
     if (!request.answer) message.requests.push_back({runner, request.last_choice});
@@ -138,7 +165,11 @@ void Queue::replay(const Messages& messages) {
   std::vector<Settled> settled;
   std::vector<LostRank> lost;
   std::unique_lock lock(mutex_);
+  last_round_ = since_boot();
+  bool are_ready = true;
   for (std::size_t rank = 0; rank < messages.size(); ++rank) {
+    if (messages[rank] && messages[rank]->is_ready) ready_.insert(rank);
+    are_ready = are_ready && (!messages[rank] || ready_.contains(rank));
     if (messages[rank]) {
       std::ranges::move(place_back(rank, *messages[rank]), std::back_inserter(settled));
     } else if (auto given_up = give_up(rank)) {
@@ -146,7 +177,7 @@ void Queue::replay(const Messages& messages) {
     }
   }
   for (std::size_t rank = 0; rank < messages.size(); ++rank) {
-    if (messages[rank]) hand_out(rank, *messages[rank]);
+    if (messages[rank] && are_ready) hand_out(rank, *messages[rank]);
   }
   changed_.notify_all();
   lock.unlock();
@@ -216,15 +247,29 @@ std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choic
   return std::nullopt;
 }
 
+void Queue::look_at_earlier(const std::stop_token& stop) {
+  std::exception_ptr failure;
+  try {
+    settle_earlier(stop);
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  const std::lock_guard lock(mutex_);
+  not_ready_ = failure;
+  is_ready_ = failure == nullptr;
+  tell();
+}
+
 /// This rank looks at its share of the entries: one of every `size`.
-void Queue::settle_earlier() {
+void Queue::settle_earlier(const std::stop_token& stop) {
   const std::size_t size = ranks_ == nullptr ? 1 : static_cast<std::size_t>(ranks_->size());
-  for (std::size_t i = rank_; i < places_.size(); i += size) {
+  for (std::size_t i = rank_; i < places_.size() && !stop.stop_requested(); i += size) {
     const auto status = settled_status(i);
     if (!status) continue;
     const std::lock_guard lock(mutex_);
     put_back_.push_back({i, status->state});
     settled_here_[i] = {*status, Settled::By::earlier_run};
+    tell();
   }
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 /// Which entry is next, for the threads of all ranks of a batch.
 
+#include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -49,6 +51,13 @@ class Queue {
   /// Writes the status down and hands the entry on: settled when done or failed, else open again.
   void put_back(std::size_t runner, std::size_t index, const EntryStatus& status);
 
+  /// Waits until the other ranks have heard of this one so lately that they cannot have given it up
+  /// yet: a process that was stopped, and goes on, must not write over what others have done
+  /// meanwhile. Runners call it before each file gets its name; a stop between this and the file's
+  /// new name, some microseconds, stays unnoticed.
+  /// @throws Error where this rank is given up, or rank 0 is lost.
+  void expect_own_entries();
+
   /// A runner takes no more entries; one that it still has is open again.
   void leave(std::size_t runner) noexcept;
 
@@ -82,7 +91,9 @@ class Queue {
   std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice, bool last) const;
   std::optional<EntryStatus> settled_status(std::size_t index) const;
   void tell();
-  void settle_earlier();
+  void look_at_earlier(const std::stop_token& stop);
+  void settle_earlier(const std::stop_token& stop);
+  bool is_heard() const;
   bool all_settled() const;
 
   const Manifest& manifest_;
@@ -98,6 +109,10 @@ class Queue {
   std::vector<Place> places_;
   std::map<std::size_t, std::size_t> takers_;     ///< the ranks that have what is taken, by entry
   std::set<std::size_t> lost_;                    ///< ranks
+  std::set<std::size_t> ready_;                   ///< ranks: see `RoundMessage::is_ready`
+  bool is_ready_;                                 ///< this rank
+  std::exception_ptr not_ready_;                  ///< why it will never be
+  std::chrono::nanoseconds last_round_{};         ///< its end, by the clock of `since_boot`
   std::map<std::size_t, Request> requests_;       ///< by runner
   std::vector<std::optional<std::size_t>> held_;  ///< entries, by runner
   bool has_failed_ = false;                       ///< `run` has

@@ -33,6 +33,7 @@ std::string packed(const RoundMessage& message) {
     requests.push_back({{"runner", runner}, {"last_choice", last_choice}});
   }
   const auto bytes = json::to_cbor({{"runners", message.runners},
+                                    {"ready", message.is_ready},
                                     {"put_back", std::move(put_back)},
                                     {"requests", std::move(requests)}});
   return {bytes.begin(), bytes.end()};
@@ -43,6 +44,7 @@ RoundMessage unpacked(const std::string& bytes) {
   try {
     const json j = json::from_cbor(bytes);
     message.runners = j.at("runners");
+    message.is_ready = j.at("ready");
     for (const json& p : j.at("put_back")) {
       message.put_back.push_back({p.at("entry"), state_of(p.at("state"))});
     }

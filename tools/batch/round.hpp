@@ -1,6 +1,7 @@
 #pragma once
 /// The messages that the ranks of a batch exchange in a round of its queue.
 
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <set>
@@ -21,6 +22,8 @@ class BatchRanks {
   /// not called this for so long that the others have given it up. It stays lost.
   /// @throws Error on a rank that was given up itself, and where rank 0 is lost.
   virtual std::vector<std::optional<std::string>> exchange(const std::string& mine) = 0;
+  /// How long that is, at least.
+  virtual std::chrono::milliseconds patience() const = 0;
 
  protected:
   BatchRanks() = default;
@@ -44,6 +47,7 @@ struct RoundMessage {
   };
 
   std::size_t runners = 0;  ///< how many of the rank's runners have not left
+  bool is_ready = false;    ///< it has looked through its share of what an earlier run has done
   std::vector<PutBack> put_back;
   std::vector<Request> requests;
   bool operator==(const RoundMessage&) const = default;

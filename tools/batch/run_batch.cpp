@@ -7,14 +7,18 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <set>
+#include <stop_token>
 #include <thread>
 
 #include "base/file_types.hpp"
 #include "base/output_check.hpp"
 #include "base/output_file.hpp"
+#include "base/output_gate.hpp"
 #include "base/text.hpp"
 #include "batch/batch.hpp"
+#include "batch/energy_meter.hpp"
 #include "batch/memory.hpp"
 #include "batch/queue.hpp"
 #include "batch/status.hpp"
@@ -84,7 +88,7 @@ struct Runner {
   const BatchOptions& options;
   Queue& queue;
   const std::function<void(const BatchEvent&)>& observe;
-  const std::stop_token& stop;
+  const std::stop_token stop;
   std::atomic<int>& running;  ///< entries, of all runners
   BatchWorker worker{};
   std::set<std::size_t> failed_here{};
@@ -112,10 +116,13 @@ struct Runner {
     status.name = entry.name;
     status.mesh = entry.mesh.string();
     const auto start = Clock::now();
+    std::optional<EnergyMeter::Account> energy;
+    if (device.energy) energy.emplace(*device.energy);
     const auto put_back = [&](EntryState state, std::string error = {}) {
       status.state = state;
       status.error = std::move(error);
       status.memory_bytes = most_memory();
+      if (energy) status.joules = energy->joules();
       status.seconds = seconds_since(start);
       status.progress = {};
       if (state == EntryState::failed) status.files.clear();
@@ -124,7 +131,7 @@ struct Runner {
     try {
       begin(entry, status);
       if (!worker) worker = device.open();
-      EntryResult result = worker(entry, options.folder, monitor(status, start));
+      EntryResult result = worker(entry, options.folder, monitor(status, start, energy));
       remove_earlier_files(manifest, entry, options.folder, status.files, result.files);
       status.files = std::move(result.files);
       status.figures = std::move(result.figures);
@@ -165,17 +172,20 @@ struct Runner {
     tell(Kind::started, &status);
   }
 
-  EntryMonitor monitor(EntryStatus& status, Clock::time_point start) {
+  EntryMonitor monitor(EntryStatus& status, Clock::time_point start,
+                       std::optional<EnergyMeter::Account>& account) {
     EntryMonitor made;
     made.stop = stop;
     made.on_energy = [&status](double energy) { status.energy = energy; };
-    made.on_progress = [this, &status, start, written = start](const Progress& progress) mutable {
+    made.on_progress = [this, &status, &account, start,
+                        written = start](const Progress& progress) mutable {
       status.progress = progress;
       status.seconds = seconds_since(start);
       tell(Kind::progress, &status);
       if (Clock::now() - written < kBetweenStatuses) return;
       written = Clock::now();
       status.memory_bytes = most_memory();
+      if (account) status.joules = account->joules();
       try {
         write_status(options.folder, status);
       } catch (const OutputError&) {
@@ -292,13 +302,16 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
   // Told of at the end: telling takes memory, and it may be memory that there is too little of.
   std::vector<std::exception_ptr> failures(devices.size());
   std::atomic<int> running = 0;
+  std::stop_source end;  // where the queue fails, runners need not end what they do
+  const std::stop_callback at_stop(stop, [&] { end.request_stop(); });
   {
     std::vector<std::jthread> threads;
     threads.reserve(devices.size());
     for (std::size_t i = 0; i < devices.size(); ++i) {
-      const auto run = [&, i, stop] {
+      const auto run = [&, i] {
         try {
-          Runner{i, manifest, devices[i], options, queue, observer, stop, running}.run();
+          const base::OutputGate gate([&] { queue.expect_own_entries(); });
+          Runner{i, manifest, devices[i], options, queue, observer, end.get_token(), running}.run();
         } catch (...) {
           failures[i] = std::current_exception();
         }
@@ -311,7 +324,12 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
         queue.leave(i);
       }
     }
-    queue.run();
+    try {
+      queue.run();
+    } catch (...) {
+      end.request_stop();
+      throw;
+    }
   }
   for (std::size_t i = 0; i < devices.size(); ++i) {
     if (!failures[i]) continue;

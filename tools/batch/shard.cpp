@@ -52,7 +52,7 @@ ShardFolder read_shard(const std::filesystem::path& path) {
   constexpr std::uint64_t kLargestIndex = std::uint64_t{64} << 20;
   ShardFolder folder;
   folder.path = path;
-  folder.entries = read_batch(path, is_locked(path));
+  folder.entries = read_batch(path, is_locked(path), UnreadableStatus::refused);
   std::vector<std::string> names;
   try {
     const json index =

@@ -48,6 +48,7 @@ json EntryStatus::to_json() const {
   all["earlier_seconds"] = earlier_seconds;
   all["settings"] = settings;
   all["energy"] = energy && std::isfinite(*energy) ? json(*energy) : json();
+  all["joules"] = joules ? json(*joules) : json();
   all["memory_bytes"] = memory_bytes > 0 ? json(memory_bytes) : json();
   if (!std::isfinite(progress.seconds_left)) all["progress"]["seconds_left"] = -1.0;
   return all;
@@ -91,6 +92,7 @@ std::optional<EntryStatus> load_status(const std::filesystem::path& folder,
     if (all.contains("memory_bytes") && all["memory_bytes"].is_number_unsigned()) {
       status.memory_bytes = all["memory_bytes"];
     }
+    if (all.contains("joules") && all["joules"].is_number()) status.joules = all["joules"];
     if (all.contains("settings") && all["settings"].is_object()) status.settings = all["settings"];
     return status;
   } catch (const json::exception&) {
@@ -156,7 +158,8 @@ std::string time_stamp() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
 }
 
-std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is_running) {
+std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is_running,
+                                    UnreadableStatus unreadable) {
   const auto path = folder / "batch.json";
   std::error_code ignored;
   json index;
@@ -172,6 +175,7 @@ std::vector<EntryStatus> read_batch(const std::filesystem::path& folder, bool is
       try {
         if (auto known = load_status(folder, status.name)) status = std::move(*known);
       } catch (const InputError& error) {
+        if (unreadable == UnreadableStatus::refused) throw;
         status.error = error.what();
       }
       if (status.settings.empty()) status.settings = entry.value("settings", json::object());

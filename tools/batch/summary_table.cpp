@@ -75,8 +75,8 @@ SummaryTable summary_table(const std::vector<EntryStatus>& entries) {
   columns.insert(columns.end(), settings.begin(), settings.end());
   columns.insert(columns.end(), kComparison.begin(), kComparison.end());
   for (const std::string& figure : figures) columns.push_back(fit_column(figure));
-  for (const char* name : {"seconds", "seconds_all", "memory_bytes", "warnings", "device", "host",
-                           "started", "error"}) {
+  for (const char* name : {"seconds", "seconds_all", "memory_bytes", "joules", "warnings", "device",
+                           "host", "started", "error"}) {
     columns.emplace_back(name);
   }
   for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -91,6 +91,7 @@ SummaryTable summary_table(const std::vector<EntryStatus>& entries) {
       cells.push_back(fmt::format("{:.3f}", e.seconds));
       cells.push_back(fmt::format("{:.3f}", e.earlier_seconds + e.seconds));
       cells.push_back(e.memory_bytes > 0 ? fmt::format("{}", e.memory_bytes) : std::string());
+      cells.push_back(e.joules ? fmt::format("{:.1f}", *e.joules) : std::string());
       cells.insert(cells.end(), {warning_count(e), e.device, e.host, e.started, e.error});
       table.rows.push_back(std::move(row));
     }

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "base/kernel_cache.hpp"
+#include "batch/energy_meter.hpp"
 #include "batch/event_log.hpp"
 #include "batch/shard.hpp"
 #include "commands/batch_commands.hpp"
@@ -52,12 +55,21 @@ int timeout_in(const std::string& text) {
   return seconds;
 }
 
+/// Null where the system does not say what the device takes.
+std::shared_ptr<batch::EnergyMeter> energy_meter(const DeviceInfo& info) {
+  auto counters = info.kind == DeviceKind::cpu ? batch::cpu_energy_counters()
+                                               : batch::gpu_energy_counters(info.pci_address);
+  if (counters.empty()) return nullptr;
+  return std::make_shared<batch::EnergyMeter>(std::move(counters));
+}
+
 /// This rank's queues: `jobs` for a CPU, one for any other device.
 std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
                                               const LaunchedRanks& ranks, Session& session) {
   std::vector<batch::BatchDevice> devices;
   for (const DeviceInfo& info : devices_of(ranks, arguments.device)) {
     const int queues = info.kind == DeviceKind::cpu ? arguments.jobs : 1;
+    const auto energy = energy_meter(info);
     for (int i = 0; i < queues; ++i) {
       const DeviceChoice choice{fmt::format("{}:{}", info.platform, info.index),
                                 arguments.device.layout};
@@ -66,9 +78,9 @@ std::vector<batch::BatchDevice> batch_devices(const BatchArguments& arguments,
         session.expect_right_results(with_cached_tuning(Device::choose(choice)).device,
                                      arguments.device);
       }
-      devices.push_back({describe(info), [choice] {
-                           return FitWorker(with_cached_tuning(Device::choose(choice)));
-                         }});
+      devices.push_back({describe(info),
+                         [choice] { return FitWorker(with_cached_tuning(Device::choose(choice))); },
+                         energy});
     }
   }
   return devices;

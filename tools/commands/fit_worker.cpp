@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/output_gate.hpp"
 #include "commands/batch_commands.hpp"
 #include "commands/manifest_options.hpp"
 #include "describe/files.hpp"
@@ -93,6 +94,7 @@ batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
   if (!entry.outputs.compare.empty()) {
     entry_result.figures["comparisons"] = comparisons(entry, mesh, result.map, monitor);
   }
+  base::OutputGate::pass();
   std::filesystem::remove(folder / (entry.name + ".checkpoint"));
 
   if (!tuning_warning_.empty()) warnings.push_back(tuning_warning_);
@@ -116,6 +118,7 @@ FitResult FitWorker::fit_resumable(const TriangleMesh& mesh, FitOptions options,
     return fit(device_, mesh, options, monitor);
   } catch (const InputError&) {
     // The checkpoint may be of other options or another device: then the fit starts afresh.
+    base::OutputGate::pass();
     if (!std::filesystem::remove(checkpoint)) throw;
     return fit(device_, mesh, options, monitor);
   }

@@ -38,6 +38,7 @@ class LaunchedRanks final : public Ranks, public batch::BatchRanks {
   /// long. Time in which this process was stopped itself does not count.
   void set_patience(std::chrono::seconds patience) { patience_ = patience; }
   std::vector<std::optional<std::string>> exchange(const std::string& mine) override;
+  std::chrono::milliseconds patience() const override { return patience_; }
 
   /// To be called last. Where a rank is lost, rank 0 has the launcher end all ranks with this exit
   /// code, since message passing cannot end without the lost one; others wait for that.
