@@ -122,12 +122,12 @@ TEST_CASE("a rank that goes on after it was given up leaves others' files as the
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder, "", 1500);
   const std::string out = folder / "out";
-  // It goes on as soon as another process works on its entry.
+  // It goes on when another process has done its entry, and others are left.
   const std::string script = folder.file("rank.sh", R"(
 if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
   (until file=$(grep -ls "\"process\": $$[,}]" "$2"/*.status.json) && grep -qs '"running"' $file
    do sleep 0.01; done; kill -STOP $$
-   until grep -qs '"process"' $file && ! grep -qs "\"process\": $$[,}]" $file
+   until grep -qs '"done"' $file && ! grep -qs "\"process\": $$[,}]" $file
    do sleep 0.01; done; echo $$ $file > "$3"; kill -CONT $$) &
 fi
 exec "$QJULIA" batch run "$1" -o "$2" --rank-timeout 1
