@@ -454,7 +454,7 @@ class RankBesideLost final : public batch::BatchRanks {
 };
 
 /// Rank 1 of two, whose process is stopped when `stopped` is set, until `is_awake` is, and which
-/// then hears that it was given up. It keeps the longest time between its rounds.
+/// then hears that it was given up. It keeps the longest time before one of its rounds.
 class RankThatStops final : public batch::BatchRanks {
  public:
   std::atomic<bool> is_stopped = false, is_awake = false;
@@ -464,7 +464,7 @@ class RankThatStops final : public batch::BatchRanks {
   int size() const override { return 2; }
   std::vector<std::optional<std::string>> exchange(const std::string& mine) override {
     const auto now = std::chrono::steady_clock::now();
-    if (last_) longest = std::max(longest, now - *last_);
+    longest = std::max(longest, now - last_);
     last_ = now;
     if (is_stopped) {
       while (!is_awake) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -476,7 +476,7 @@ class RankThatStops final : public batch::BatchRanks {
   std::chrono::milliseconds patience() const override { return std::chrono::milliseconds(400); }
 
  private:
-  std::optional<std::chrono::steady_clock::time_point> last_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
