@@ -271,10 +271,11 @@ void Trace::write(const std::filesystem::path& path, const std::string& device_n
   }
   for (const Row queue : kQueues) {
     if (std::ranges::find(events_, queue, &Event::row) == events_.end()) continue;
-    const std::string of_queue = ordinal(queue);
     out << ",\n"
-        << row_name(number_of_calls(queue), place, of_queue + "launches") << ",\n"
-        << row_name(number_of(queue), place + 1, of_queue + "device: " + device_name);
+        << row_name(number_of_calls(queue), place, fmt::format("{}launches", ordinal(queue)))
+        << ",\n"
+        << row_name(number_of(queue), place + 1,
+                    fmt::format("{}device: {}", ordinal(queue), device_name));
     place += 2;
   }
   lines.write(out);

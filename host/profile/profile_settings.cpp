@@ -87,6 +87,7 @@ std::span<const SettingOf<ProfileOptions>> tune_settings() {
     constexpr std::array<std::string_view, 5> kNames{"sample_points", "factors", "repeats", "seed",
                                                      "precision"};
     std::vector<SettingOf<ProfileOptions>> made;
+    made.reserve(kNames.size());
     for (const std::string_view name : kNames) {
       made.push_back(setting_named(profile_settings(), name, "profiles"));
     }
