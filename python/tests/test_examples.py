@@ -123,6 +123,7 @@ def test_the_documentation_runs(torus, tmp_path, monkeypatch):
     pytest.importorskip("scipy.optimize")
     pytest.importorskip("scipy.spatial")
     pytest.importorskip("matplotlib")
+    pytest.importorskip("pyopencl")
     with open(os.path.join(ROOT, "docs", "guide", "python.md")) as file:
         blocks = re.findall("```python\n(.*?)```", file.read(), re.DOTALL)
     assert len(blocks) >= 5
