@@ -96,7 +96,9 @@ std::vector<FitSetting> course_settings() {
          .values = "TEXT",
          .example = "fast",
          .help = "What the fit does, level by level: 'tight', 'fast' (shorter, coarser), 'paper' "
-                 "(the course of Kim 2015), or a .toml file of levels",
+                 "(the course of Kim 2015), 'follow' (short, for a map to start from), or a .toml "
+                 "file of "
+                 "levels",
          .interpolation = Interpolation::none},
         [](FitOptions& o) -> ValuePlace { return &o.schedule; }},
        true},  // a checkpoint has its text, whatever the name

@@ -132,6 +132,61 @@ TEST_CASE("the maps of a batch are those of single fits") {
     CHECK(single[key] == batch[key]);
 }
 
+TEST_CASE("each frame of a mesh that walks is fitted from the one before, to the same bytes") {
+  const TemporaryFolder folder;
+  constexpr int kFrames = 4;
+  // A worm of length 5 that bends along its way.
+  for (int frame = 0; frame < kFrames; ++frame) {
+    qjulia::TriangleMesh worm = qjulia::shapes::sphere(3);
+    for (Eigen::Vector3d& v : worm.vertices) {
+      v.x() *= 2.5;
+      v.z() += 0.4 * std::sin(1.5 * v.x() - 0.25 * frame);
+    }
+    folder.file("walk" + std::to_string(9 + frame) + ".obj", qjulia::test::obj_text(worm));
+  }
+  const std::string defaults = "[defaults]\nfactors = 48\nmax_evaluations = 400\n";
+  const std::string manifest =
+      folder.file("m.toml", defaults + "[[fit]]\nsequence = \"walk*.obj\"\n");
+  const std::string afresh = folder.file("n.toml", defaults + "[[fit]]\nmesh = \"walk*.obj\"\n");
+  const std::vector<std::string> names{"walk9", "walk10", "walk11", "walk12"};
+
+  RunOptions options;
+  options.kill_once = folder / "killed/walk10.status.json";
+  REQUIRE(run_command({"batch", "run", manifest, "-o", folder / "killed"}, options).exit_code ==
+          128 + SIGKILL);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", folder / "killed", "--resume"}).exit_code ==
+          0);
+  REQUIRE(run_command({"batch", "run", manifest, "-o", folder / "out", "--jobs", "2"}).exit_code ==
+          0);
+  REQUIRE(run_command({"batch", "run", afresh, "-o", folder / "afresh"}).exit_code == 0);
+  const json walked = read_summary(folder / "out"), single = read_summary(folder / "afresh");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string bytes = map_bytes(folder / "out", names[i]);
+    CHECK_FALSE(bytes.empty());
+    CHECK(bytes == map_bytes(folder / "killed", names[i]));
+    const json figures = walked["entries"][i]["figures"];
+    CHECK(walked["entries"][i]["name"] == names[i]);
+    CHECK(figures["evaluations"] == (i == 0 ? 400 : 40));
+    CHECK(figures["factors"] == 48);
+    INFO(names[i] << " " << figures["iou"] << " " << single["entries"][i]["figures"]);
+    for (const json& found : single["entries"]) {
+      if (found["name"] != names[i]) continue;
+      CHECK(found["figures"]["evaluations"] == 400);
+      CHECK(figures["iou"].get<double>() > found["figures"]["iou"].get<double>() - 0.02);
+    }
+    const json map = json::parse(bytes);
+    CHECK(map["provenance"]["options"].contains("initial_fnv1a64") == (i > 0));
+  }
+  // The map says how it was made, and is made so again.
+  const std::string again = folder / "again.qjulia.json";
+  const ProcessResult rerun = run_command(
+      {"run", folder / "out/walk12.qjulia.json", "--inputs", folder.path().string(), "-o", again});
+  CAPTURE(rerun.err);
+  CHECK(rerun.exit_code == 0);
+  const json made = json::parse(read_text(again));
+  CHECK(made["factors"] == json::parse(map_bytes(folder / "out", "walk12"))["factors"]);
+}
+
 TEST_CASE("an interrupted batch says so and can be resumed") {
   const TemporaryFolder folder;
   const std::string manifest = make_manifest(folder);

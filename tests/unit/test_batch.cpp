@@ -217,6 +217,80 @@ TEST_CASE("an entry done again loses the outputs that it no longer has, but no i
   }
 }
 
+TEST_CASE("an entry is begun when the one it follows is done, and its key is of both") {
+  const TemporaryFolder folder;
+  batch::Manifest manifest = manifest_of({"a", "b", "c", "x"});
+  manifest.entries[1].follows = "a";
+  manifest.entries[2].follows = "b";
+  std::map<std::string, std::string> inputs{{"a", "1"}, {"b", "2"}, {"c", "3"}, {"x", "4"}};
+  batch::BatchOptions options = options_for(folder);
+  options.key = [&](const batch::BatchEntry& entry) {
+    return batch::FitKey{inputs.at(entry.name), "options"};
+  };
+  std::mutex noting;
+  std::vector<std::string> begun;
+  const auto note = [&](const batch::BatchEntry& entry, const std::filesystem::path& where,
+                        const ProgressMonitor& monitor) {
+    if (!entry.follows.empty()) {
+      CHECK(std::filesystem::exists(where / (entry.follows + ".qjulia.json")));
+    }
+    const std::lock_guard lock(noting);
+    begun.push_back(entry.name);
+    return write_map(entry, where, monitor);
+  };
+  const auto run_with_three = [&] {
+    begun.clear();
+    const auto lock = batch::prepare_batch(manifest, options);
+    batch::run_batch(manifest, {device("one", note), device("two", note), device("three", note)},
+                     options);
+    std::ranges::sort(begun);
+    return begun;
+  };
+  CHECK(run_with_three() == std::vector<std::string>{"a", "b", "c", "x"});
+  options.resume = true;
+  CHECK(run_with_three().empty());
+  inputs["b"] = "changed";
+  CHECK(run_with_three() == std::vector<std::string>{"b", "c"});
+  CHECK(run_with_three().empty());
+  std::filesystem::remove(folder.path() / "a.qjulia.json");
+  CHECK(run_with_three() == std::vector<std::string>{"a"});  // it is made again as it was
+  inputs["a"] = "";  // a mesh that has vanished does not undo what was made of it
+  CHECK(run_with_three().empty());
+}
+
+TEST_CASE("an entry fails where the one it follows has failed, and both are tried again") {
+  const TemporaryFolder folder;
+  batch::Manifest manifest = manifest_of({"a", "b", "c", "d"});
+  manifest.entries[2].follows = "b";
+  manifest.entries[3].follows = "c";
+  CHECK(run(manifest, options_for(folder), all_but_b) == std::vector<std::string>{"a", "b"});
+  CHECK(status_of(folder, "a").state == batch::EntryState::done);
+  for (const auto& [name, before] : {std::pair("c", "'b'"), std::pair("d", "'c'")}) {
+    CHECK(status_of(folder, name).state == batch::EntryState::failed);
+    CHECK_THAT(status_of(folder, name).error,
+               ContainsSubstring(before) && ContainsSubstring("has no map to start from"));
+  }
+  batch::BatchOptions again = options_for(folder, true);
+  again.retry_failed = true;
+  CHECK(run(manifest, again) == std::vector<std::string>{"b", "c", "d"});
+}
+
+TEST_CASE("a sequence stays on one shard") {
+  const auto names_of = [](std::size_t number) {
+    batch::Manifest manifest = manifest_of({"a", "b1", "b2", "b3", "c", "d"});
+    manifest.entries[2].follows = "b1";
+    manifest.entries[3].follows = "b2";
+    batch::keep_shard(manifest, {number, 2});
+    std::string names;
+    for (const auto& entry : manifest.entries) {
+      names += entry.name + std::to_string(entry.place) + " ";
+    }
+    return names;
+  };
+  CHECK(names_of(1) == "a0 c4 ");
+  CHECK(names_of(2) == "b11 b22 b33 d5 ");
+}
+
 TEST_CASE("a device that keeps failing is retired and its work done by another") {
   const TemporaryFolder folder;
   const batch::Manifest manifest = manifest_of({"a", "b", "c", "d", "e", "f"});

@@ -276,6 +276,41 @@ TEST_CASE("a resumed batch may have lost meshes") {
   CHECK(manifest.entries[0].name == "gone");
 }
 
+TEST_CASE("a sequence makes a fit of each frame, which follows the one before") {
+  const TemporaryFolder folder;
+  for (const char* name : {"w10.obj", "w9.obj", "w008.obj", "x.md", "alone.obj"}) {
+    folder.file(name, "");
+  }
+  const auto entries =
+      read(folder, "[[fit]]\nsequence = \"w*\"\nname = \"f-*\"\n[[fit]]\nmesh = \"alone.obj\"\n")
+          .entries;
+  REQUIRE(entries.size() == 4);
+  const std::vector<std::pair<std::string, std::string>> expected{
+      {"f-w008", ""}, {"f-w9", "f-w008"}, {"f-w10", "f-w9"}, {"alone", ""}};
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    CHECK(entries[i].name == expected[i].first);
+    CHECK(entries[i].follows == expected[i].second);
+  }
+  // Each combination of a sweep is a sequence of its own.
+  const auto swept =
+      read(folder, "[[sweep]]\nsequence = [\"w9.obj\", \"w10.obj\"]\nfactors = [8, 9]\n").entries;
+  REQUIRE(swept.size() == 4);
+  CHECK(swept[1].follows.empty());
+  CHECK(swept[2].follows == "w9-factors8");
+  CHECK(swept[3].follows == "w9-factors9");
+
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"z*.obj\"\n"),
+             ContainsSubstring("m.toml:1: no mesh matches 'z*.obj'"));
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"al*.obj\"\n"),
+             ContainsSubstring("m.toml:1: the sequence has one frame"));
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"w*\"\nmesh = \"alone.obj\"\n"),
+             ContainsSubstring("m.toml:1: this [[fit]] has 'mesh' and 'sequence'"));
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"w*\"\nname = \"one\"\n"),
+             ContainsSubstring("m.toml:1: 'w*' matches 3 meshes"));
+  CHECK_THAT(problems(folder, "[defaults]\nsequence = \"w*\"\n"),
+             ContainsSubstring("m.toml:2: 'sequence' belongs in a [[fit]]"));
+}
+
 TEST_CASE("a sweep makes a fit of each mesh and each combination, with names that stay") {
   const TemporaryFolder folder;
   folder.file("a.obj", "");

@@ -49,6 +49,9 @@ struct BatchEntry {
   BatchOutputs outputs;
   std::size_t line = 0;   ///< where its [[fit]] or [[sweep]] begins
   std::size_t place = 0;  ///< in the whole manifest, where it is divided
+  /// The name of an earlier entry, the frame before this one, from whose map its fit starts; empty:
+  /// none.
+  std::string follows{};
 };
 
 /// A part of a batch.
@@ -66,7 +69,7 @@ struct Manifest {
   std::vector<BatchEntry> entries;  ///< in the manifest's order; those of a glob by name
 };
 
-/// The keys of a [[fit]] besides the options of a fit: "mesh", "name" and the outputs.
+/// The keys of a [[fit]] besides the options of a fit: "mesh", "sequence", "name" and the outputs.
 std::vector<std::string> manifest_keys();
 
 /// What says whether a manifest can be run.
@@ -81,14 +84,14 @@ struct ManifestChecks {
 /// A
 /// [[sweep]] gives an entry for each mesh and each combination of the values that it lists; the
 /// names contain the values, so that an entry keeps its name when others are added or lines are
-/// moved.
+/// moved. A `sequence` gives an entry for each of its meshes, which follows the one before.
 /// @param meshes_may_be_missing entries whose mesh does not exist are kept: for a batch that is
 ///   resumed after a mesh has vanished.
 /// @param stop ends waiting for a pipe: Interrupted.
 /// @throws InputError naming file, line and what to do, of everything that is wrong at once: not
 ///   TOML, unknown keys, values of the wrong kind, two entries of one name, meshes that are missing
 ///   or not regular files, lists with nothing in them or with a value twice, sweeps of more than
-///   100,000 fits.
+///   100,000 fits, sequences of one mesh.
 Manifest read_manifest(const std::filesystem::path& file, const ManifestChecks& checks,
                        bool meshes_may_be_missing = false, std::stop_token stop = {});
 

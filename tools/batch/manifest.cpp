@@ -30,6 +30,7 @@ struct Section {
   TableKind kind = TableKind::defaults;
   std::size_t line = 0;
   std::vector<std::string> meshes;  ///< paths and globs
+  bool is_sequence = false;         ///< the meshes are frames, each like the one before
   std::optional<std::string> name;
   BatchOutputs outputs;
   std::vector<ManifestOption> options;
@@ -83,6 +84,31 @@ std::vector<std::filesystem::path> find_meshes(const std::filesystem::path& fold
   });
   std::ranges::sort(found);
   return found;
+}
+
+/// Whether a text comes before another where numbers in them go by their value: "walk9" before
+/// "walk10".
+bool comes_before(std::string_view one, std::string_view other) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  while (!one.empty() && !other.empty()) {
+    if (!is_digit(one.front()) || !is_digit(other.front())) {
+      if (one.front() != other.front()) return one.front() < other.front();
+      one.remove_prefix(1);
+      other.remove_prefix(1);
+      continue;
+    }
+    const auto take_number = [&](std::string_view& text) {
+      while (text.size() > 1 && text[0] == '0' && is_digit(text[1])) text.remove_prefix(1);
+      const auto end = std::ranges::find_if_not(text, is_digit);
+      const std::string_view digits(text.data(), static_cast<std::size_t>(end - text.begin()));
+      text.remove_prefix(digits.size());
+      return digits;
+    };
+    const std::string_view first = take_number(one), second = take_number(other);
+    if (first.size() != second.size()) return first.size() < second.size();
+    if (first != second) return first < second;
+  }
+  return one.size() < other.size();
 }
 
 /// What a fit of `mesh` is called: `name` with its asterisk replaced by the mesh's name without
@@ -192,7 +218,7 @@ class Reader {
     for (auto&& [key, node] : table) {
       const std::string name(key.str());
       const std::size_t line = line_of(key.source());
-      if (name == "mesh" || name == "name") {
+      if (name == "mesh" || name == "sequence" || name == "name") {
         read_place(name, node, line, section);
       } else if (const OutputKey* output = output_key(name)) {
         (this->*output->read)(node, line, section.outputs);
@@ -213,7 +239,7 @@ class Reader {
     return section;
   }
 
-  /// 'mesh' and 'name'.
+  /// 'mesh', 'sequence' and 'name'.
   void read_place(const std::string& key, const toml::node& node, std::size_t line,
                   Section& section) {
     if (section.kind == TableKind::defaults) {
@@ -221,17 +247,18 @@ class Reader {
       return;
     }
     const toml::array* list =
-        key == "mesh" && section.kind == TableKind::sweep ? node.as_array() : nullptr;
-    if (list != nullptr && list->empty()) complain(line, "'mesh' is an empty list");
+        key != "name" && section.kind == TableKind::sweep ? node.as_array() : nullptr;
+    if (key == "sequence") section.is_sequence = true;
+    if (list != nullptr && list->empty()) complain(line, fmt::format("'{}' is an empty list", key));
     const std::size_t count = list == nullptr ? 1 : list->size();
     for (std::size_t i = 0; i < count; ++i) {
       const auto text = plain_text(list == nullptr ? node : (*list)[i]);
       if (!text || text->empty()) {
         complain(line, fmt::format("'{}' must be text, without NUL", key));
-      } else if (key == "mesh") {
-        section.meshes.push_back(*text);
-      } else {
+      } else if (key == "name") {
         section.name = *text;
+      } else {
+        section.meshes.push_back(*text);
       }
     }
   }
@@ -439,8 +466,24 @@ class Reader {
                fmt::format("this {} has no 'mesh': a path, or a glob such as *.obj", what));
       return;
     }
-    const auto meshes = meshes_of(section);
+    if (section.is_sequence && table.contains("mesh")) {
+      complain(section.line, fmt::format("this {} has 'mesh' and 'sequence'; give one of them, and "
+                                         "another [[fit]] for the rest",
+                                         what));
+      return;
+    }
+    auto meshes = meshes_of(section);
     if (!meshes) return;
+    if (section.is_sequence) {
+      std::ranges::stable_sort(*meshes, [](const auto& one, const auto& other) {
+        return comes_before(one.string(), other.string());
+      });
+      if (meshes->size() == 1) {
+        complain(section.line, fmt::format("the sequence has one frame, '{}'; give a glob that "
+                                           "matches all of them, or 'mesh' for one",
+                                           meshes->front().string()));
+      }
+    }
     if (combination_count(section.axes) > kMostFits / std::max<std::size_t>(meshes->size(), 1)) {
       complain(section.line, fmt::format("this {} makes more than {} fits; list fewer values, or "
                                          "divide the manifest",
@@ -456,8 +499,10 @@ class Reader {
         complain(section.line, error.what());
       }
     }
+    const std::filesystem::path* before = nullptr;
     for (const auto& mesh : *meshes) {
-      for (const Combination& one : all) add_entry(section, mesh, one);
+      for (const Combination& one : all) add_entry(section, mesh, one, before);
+      if (section.is_sequence) before = &mesh;
     }
   }
 
@@ -495,8 +540,9 @@ class Reader {
     return std::nullopt;
   }
 
-  void add_entry(const Section& section, const std::filesystem::path& mesh,
-                 const Combination& one) {
+  /// @param before the mesh of the frame before; null: there is none.
+  void add_entry(const Section& section, const std::filesystem::path& mesh, const Combination& one,
+                 const std::filesystem::path* before) {
     const std::string name = entry_name(section.name, mesh) + one.suffix;
     if (const std::string problem = name_problem(name); !problem.empty()) {
       complain(section.line, fmt::format("a fit cannot be named '{}': {}", name, problem));
@@ -510,6 +556,9 @@ class Reader {
       return;
     }
     manifest_.entries.push_back({name, mesh, one.options, section.outputs, section.line});
+    if (before != nullptr) {
+      manifest_.entries.back().follows = entry_name(section.name, *before) + one.suffix;
+    }
   }
 
   const ManifestChecks& checks_;
@@ -523,7 +572,7 @@ class Reader {
 }  // namespace
 
 std::vector<std::string> manifest_keys() {
-  std::vector<std::string> keys{"mesh", "name"};
+  std::vector<std::string> keys{"mesh", "sequence", "name"};
   for (const auto& output : Reader::output_keys()) keys.emplace_back(output.name);
   return keys;
 }

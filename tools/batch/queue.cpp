@@ -47,6 +47,7 @@ Queue::Queue(const Manifest& manifest, const BatchOptions& options, BatchRanks* 
       rank_(ranks == nullptr ? 0 : static_cast<std::size_t>(ranks->rank())),
       observe_settled_(std::move(observe_settled)),
       observe_lost_(std::move(observe_lost)),
+      keys_(manifest, options),
       places_(manifest.entries.size(), Place::open),
       is_ready_(!options.resume),
       held_(runners),
@@ -242,7 +243,9 @@ void Queue::hand_out(std::size_t rank, const RoundMessage& message) {
 std::optional<std::size_t> Queue::choose(const std::set<std::size_t>& last_choice,
                                          bool last) const {
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (places_[i] == Place::open && last_choice.contains(i) == last) return i;
+    if (places_[i] != Place::open || last_choice.contains(i) != last) continue;
+    const auto before = keys_.before(i);
+    if (!before || places_[*before] == Place::settled) return i;
   }
   return std::nullopt;
 }
@@ -274,11 +277,11 @@ void Queue::settle_earlier(const std::stop_token& stop) {
 }
 
 /// The status of an entry that needs no work.
-std::optional<EntryStatus> Queue::settled_status(std::size_t index) const {
+std::optional<EntryStatus> Queue::settled_status(std::size_t index) {
   const BatchEntry& entry = manifest_.entries[index];
   auto known = read_status(options_.folder, entry.name);
   if (!known || !is_settled(known->state)) return std::nullopt;
-  const FitKey key = options_.key(entry);
+  const FitKey key = keys_.of(index);
   if (known->state == EntryState::failed) {
     return known->key == key ? std::move(known) : std::nullopt;
   }

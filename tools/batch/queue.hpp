@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "batch/batch.hpp"
+#include "batch/entry_keys.hpp"
 #include "batch/round.hpp"
 
 namespace qjulia::batch {
@@ -41,7 +42,8 @@ class Queue {
         std::size_t runners, std::function<void(const Settled&)> observe_settled,
         std::function<void(const LostRank&)> observe_lost = {});
 
-  /// The next entry, this runner's alone until it is put back. Waits while entries are in other
+  /// The next entry, this runner's alone until it is put back. One that follows another comes after
+  /// that is settled. Waits while entries are in other
   /// hands, which may give them back. Nothing when all are settled, a stop is requested, or `run`
   /// has failed.
   /// @param last_choice entries taken only when there are no others.
@@ -64,6 +66,9 @@ class Queue {
   /// Goes round the ranks until no runner is left on any. For the thread that may call `ranks`.
   /// When it throws, runners end.
   void run();
+
+  /// The entry's key, as its mesh is now. @throws what `BatchOptions::key` throws
+  FitKey key_of(std::size_t index) { return keys_.of(index); }
 
   /// Entries whose last state could not be written.
   std::vector<EntryStatus> unsaved() const;
@@ -89,7 +94,7 @@ class Queue {
   void hand_out(std::size_t rank, const RoundMessage& message);
   /// An open entry of those that are the runner's last choice, or of the others.
   std::optional<std::size_t> choose(const std::set<std::size_t>& last_choice, bool last) const;
-  std::optional<EntryStatus> settled_status(std::size_t index) const;
+  std::optional<EntryStatus> settled_status(std::size_t index);
   void tell();
   void look_at_earlier(const std::stop_token& stop);
   void settle_earlier(const std::stop_token& stop);
@@ -106,6 +111,7 @@ class Queue {
   std::condition_variable_any changed_;  ///< for runners: answers, or that all is settled
   std::condition_variable_any news_;     ///< for `run`: there is something to tell
   bool has_news_ = false;
+  EntryKeys keys_;
   std::vector<Place> places_;
   std::map<std::size_t, std::size_t> takers_;     ///< the ranks that have what is taken, by entry
   std::set<std::size_t> lost_;                    ///< ranks

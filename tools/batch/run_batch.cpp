@@ -129,7 +129,7 @@ struct Runner {
       queue.put_back(number, index, status);
     };
     try {
-      begin(entry, status);
+      begin(index, status);
       if (!worker) worker = device.open();
       EntryResult result = worker(entry, options.folder, monitor(status, start, energy));
       remove_earlier_files(manifest, entry, options.folder, status.files, result.files);
@@ -154,9 +154,10 @@ struct Runner {
     observe({.kind = kind, .status = status, .device = device.name, .message = message});
   }
 
-  void begin(const BatchEntry& entry, EntryStatus& status) {
+  void begin(std::size_t index, EntryStatus& status) {
+    const BatchEntry& entry = manifest.entries[index];
     auto known = read_status(options.folder, entry.name);
-    status.key = options.key(entry);
+    status.key = queue.key_of(index);
     if (known) status.files = std::move(known->files);  // there until others take their place
     if (known && known->state != EntryState::done && known->key == status.key) {
       status.failed_tries = std::move(known->failed_tries);
@@ -170,6 +171,10 @@ struct Runner {
     status.started = time_stamp();
     write_status(options.folder, status);
     tell(Kind::started, &status);
+    if (entry.follows.empty()) return;
+    const auto before = read_status(options.folder, entry.follows);
+    if (before && before->state == EntryState::done) return;
+    throw Error(fmt::format("the frame before it, '{}', has no map to start from", entry.follows));
   }
 
   EntryMonitor monitor(EntryStatus& status, Clock::time_point start,

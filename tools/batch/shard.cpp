@@ -150,6 +150,7 @@ std::string hash_of_list(const Manifest& manifest) {
   for (const BatchEntry& entry : manifest.entries) {
     add(entry.name);
     add(entry.mesh.filename().string());
+    if (!entry.follows.empty()) add(entry.follows);
     for (const ManifestOption& option : entry.options) {
       add(option.name);
       for (const std::string& value : option.values) {
@@ -235,9 +236,15 @@ void keep_shard(Manifest& manifest, const Shard& shard) {
   manifest.list_hash = hash_of_list(manifest);
   manifest.all_entries = manifest.entries.size();
   std::vector<BatchEntry> kept;
-  for (std::size_t i = shard.number - 1; i < manifest.entries.size(); i += shard.count) {
-    manifest.entries[i].place = i;
-    kept.push_back(std::move(manifest.entries[i]));
+  std::map<std::string, std::size_t> parts;  // by entry; a sequence is one part
+  std::size_t next_part = 0;
+  for (std::size_t i = 0; i < manifest.entries.size(); ++i) {
+    BatchEntry& entry = manifest.entries[i];
+    const std::size_t part = entry.follows.empty() ? next_part++ : parts.at(entry.follows);
+    parts.emplace(entry.name, part);
+    if (part % shard.count != shard.number - 1) continue;
+    entry.place = i;
+    kept.push_back(std::move(entry));
   }
   manifest.entries = std::move(kept);
 }

@@ -35,6 +35,7 @@ struct FitCommandArguments {
   TrustedDevice device;
   std::string report;  ///< folder; empty: none
   FitOptions fit;
+  std::string initial;  ///< the map to start from; empty: none
   RoughnessTarget target;
   bool resume = false;
 };
@@ -82,6 +83,7 @@ void check_files(const FitCommandArguments& arguments, const FitOptions& options
   check_map_name(arguments.output.path);
   std::vector<std::filesystem::path> inputs{arguments.mesh};
   if (base::extension_of(options.schedule) == ".toml") inputs.emplace_back(options.schedule);
+  if (!arguments.initial.empty()) inputs.emplace_back(arguments.initial);
   OutputName output = arguments.output;
   output.must_be_new = output.must_be_new && !arguments.resume;
   std::vector<base::Output> outputs{output_named("--output", output)};
@@ -270,6 +272,7 @@ int run_fit(const FitCommandArguments& arguments, Session& session) {
   FitStart begun;
   const int code = together(ranks, [&]() -> int {
     options = arguments.fit;
+    if (!arguments.initial.empty()) options.initial = read_map(arguments.initial, session.stop());
     options.validate();
     arguments.target.validate();
     if (!options.sample_parts) options.sample_parts = ranks.size();
@@ -308,6 +311,12 @@ void describe_fit(Command command, FitCommandArguments& a) {
           "Map file to write, such as bunny.qjulia.json." + named_text("mesh", ".qjulia.json"))
       .offers_files({".json"});
   add_fit_options(command, a.fit);
+  command
+      .file(
+          "--initial", a.initial, "MAP",
+          "Start from this map's factors in place of a placement: from the map of a shape that was "
+          "a little different, with '--schedule follow', or to go on with a finished map")
+      .offers_files(readable({base::FileContent::map}));
   add_settings(command, target_settings(), a.target);
   command
       .flag("--resume", a.resume,

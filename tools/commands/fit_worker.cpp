@@ -52,6 +52,31 @@ nlohmann::json without_times(nlohmann::json provenance) {
   return provenance;
 }
 
+/// Every option of an entry's fit but the map that it starts from.
+FitOptions entry_options(const batch::BatchEntry& entry) {
+  constexpr int kShorter = 10;  // of a frame that follows another
+  FitOptions options = fit_options(entry.options);
+  if (entry.follows.empty()) return options;
+  options.schedule = "follow";
+  if (options.max_evaluations) {
+    options.max_evaluations = std::max(1, *options.max_evaluations / kShorter);
+  }
+  return options;
+}
+
+/// The options with what the frame before gives: the map to start from, its number of factors, its
+/// detail and its upright, unless they are given as numbers.
+FitOptions started_at(FitOptions options, Map before) {
+  options.max_factors.reset();
+  if (options.factors) options.factors = static_cast<int>(before.dynamics.factors.size());
+  if (std::holds_alternative<DetailWord>(options.detail) && before.frame.detail) {
+    options.detail = *before.frame.detail;
+  }
+  if (!options.up) options.up = before.frame.up;
+  options.initial = std::move(before);
+  return options;
+}
+
 }  // namespace
 
 FitWorker::FitWorker(CachedTuning kept)
@@ -60,8 +85,13 @@ FitWorker::FitWorker(CachedTuning kept)
 batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
                                          const std::filesystem::path& folder,
                                          const batch::EntryMonitor& monitor) const {
-  FitOptions options = fit_options(entry.options);
-  FitOrigin origin = origin_of(options, fit_job(entry.mesh, options));
+  FitOptions options = entry_options(entry);
+  std::filesystem::path before;
+  if (!entry.follows.empty()) {
+    before = folder / (entry.follows + ".qjulia.json");
+    options = started_at(std::move(options), read_map(before, monitor.stop));
+  }
+  FitOrigin origin = origin_of(options, fit_job(entry.mesh, options, before));
   origin.options = without_schedule_folder(std::move(origin.options));
   options.observer.on_evaluation = monitor.on_energy;
   const auto [mesh, mesh_report] = read_and_inspect_mesh(entry.mesh, monitor.stop);
@@ -156,7 +186,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
   if (!outputs.compare.empty()) {
     rest += fmt::format(" {} at {}", fmt::join(outputs.compare, ","), outputs.compare_resolution);
   }
-  const nlohmann::json options = without_schedule_folder(to_json(fit_options(entry.options)));
+  const nlohmann::json options = without_schedule_folder(to_json(entry_options(entry)));
   batch::FitKey key{{}, text_hash(options.dump() + rest)};
   try {
     key.inputs = file_hash(entry.mesh);
@@ -167,7 +197,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
 }
 
 nlohmann::json settings(const batch::BatchEntry& entry) {
-  nlohmann::json all = without_schedule_folder(to_json(fit_options(entry.options)));
+  nlohmann::json all = without_schedule_folder(to_json(entry_options(entry)));
   all["version"] = version();
   return all;
 }

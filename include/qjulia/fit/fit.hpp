@@ -99,7 +99,8 @@ struct FitOptions {
   /// made for pictures.
   Precision precision = Precision::single;
   /// A built-in schedule's name (`tight`; `fast` for a fifth of the evaluations with half of the
-  /// samples; `paper`, the course of Kim 2015), or the path of a .toml file. Write your own where a
+  /// samples; `paper`, the course of Kim 2015; `follow`, the end of `tight` in a tenth of the
+  /// evaluations, for `initial`), or the path of a .toml file. Write your own where a
   /// shape is much thinner than the bands of `tight`, or to fit with another loss.
   std::string schedule = "tight";
   /// A schedule's TOML text (docs/reference/schedules.md), in place of the one that `schedule`

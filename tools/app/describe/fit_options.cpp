@@ -18,7 +18,7 @@ void add_fit_options(Command command, FitOptions& options) {
     }
     const Option option = add_setting(command, setting, place);
     if (setting.name == "schedule") {
-      option.offers({"tight", "fast", "paper"}).offers_files({".toml"});
+      option.offers({"tight", "fast", "paper", "follow"}).offers_files({".toml"});
     }
   }
 }

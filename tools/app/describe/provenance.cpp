@@ -85,6 +85,7 @@ nlohmann::json to_json(const FitOptions& options) {
   base::add_json(json, fit_settings(), options);
   // Its name may say something else another day.
   json["schedule_fnv1a64"] = text_hash(schedule_text(options.schedule));
+  if (options.initial) json["initial_fnv1a64"] = text_hash(to_json(*options.initial).dump());
   return json;
 }
 
@@ -147,7 +148,8 @@ FitResult finished_fit(Map map, const std::filesystem::path& file) {
   return result;
 }
 
-Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options) {
+Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options,
+            const std::filesystem::path& initial) {
   Job job{.command = "fit", .options = {{"mesh", name_of(mesh_path)}}};
   job.inputs["mesh"].path = mesh_path;
   nlohmann::json usual, own;
@@ -158,6 +160,10 @@ Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options) {
       base::extension_of(schedule) == ".toml") {
     job.options["schedule"] = name_of(schedule);
     job.inputs["schedule"].path = schedule;
+  }
+  if (!initial.empty()) {
+    job.options["initial"] = name_of(initial);
+    job.inputs["initial"].path = initial;
   }
   job.hash_inputs();
   return job;

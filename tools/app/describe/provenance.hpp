@@ -20,8 +20,10 @@ struct FitOrigin {
   Precision precision = Precision::single;
 };
 
-/// The job of `fit` that has these options. @throws InputError when the mesh cannot be read.
-Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options);
+/// The job of `fit` that has these options. @param initial the file of `FitOptions::initial`;
+/// empty: there is none. @throws InputError when the mesh cannot be read.
+Job fit_job(const std::filesystem::path& mesh_path, const FitOptions& options,
+            const std::filesystem::path& initial = {});
 
 /// @param job of the fit, with the hashes of its inputs. @throws InputError when the schedule
 /// cannot be read.
