@@ -296,7 +296,7 @@ RUNS = {
             {"--resume": lambda done, value: done.json["resumed"] is False}, all_settings_but="--max-factors"),
         Run("MESH", {"--factors": "auto", "--max-factors": "8", **SMALL_FIT, "--output": "auto.qjulia.json"},
             {"--max-factors": count_of("factors", 8)}),
-        Run("MESH", {**SMALL_FIT, "--initial": "MAP", "--output": "from.qjulia.json"},
+        Run("MESH", {**SMALL_FIT, "--initial": "f.qjulia.json", "--output": "from.qjulia.json"},
             {"--initial": lambda done, value: "initial_fnv1a64" in done.json["options"]}),
         Run("MESH", {**ROUGH_FIT, **by_area("1.01")}),
         Run("MESH", {**ROUGH_FIT, **by_dimension("1.985")}),

@@ -431,6 +431,62 @@ TEST_CASE("an open shutter blurs what moves, and nothing else") {
              ContainsSubstring("bad.toml:4: shutter: give a share of a picture's time, 0 to 1"));
 }
 
+TEST_CASE("a film shows several maps, one after the other, in one frame") {
+  const Studio studio;
+  std::filesystem::create_directory(studio.folder / "steps");
+  qjulia::Map map = qjulia::read_map(studio.folder / "ball.qjulia.json");
+  for (const int step : {1, 9, 10}) {
+    map.dynamics.factors[1].center.x = 0.05 * step;
+    qjulia::write_map(map, studio.folder / ("steps/s" + std::to_string(step) + ".qjulia.json"));
+  }
+  const std::string script = R"([film]
+maps = "steps/*.qjulia.json"
+seconds = 2
+rate = 3
+[options]
+size = "32x24"
+samples = 1
+look_at = [0, 0, 0]
+distance = 6
+)";
+  studio.folder.file("several.toml", script);
+  const std::string file = studio.folder / "several.toml";
+  const auto whole = run_command(
+      {"film", "make", file, "-o", studio.folder / "several", "--json", "--device", "cpu"});
+  INFO(whole.err);
+  REQUIRE(whole.exit_code == 0);
+  CHECK(json::parse(whole.out)["kept"]["nothing"] == 3);
+  // Each is the picture of its map, in the order of numbers, and its job names the map.
+  for (const auto& [number, step] : {std::pair(1, "s1"), std::pair(3, "s9"), std::pair(6, "s10")}) {
+    const std::string own = frame(studio, "several", number);
+    const std::string again = studio.folder / "again.png";
+    const auto made =
+        run_command({"run", studio.folder / ("several/frame_000" + std::to_string(number) + ".png"),
+                     "--inputs", studio.folder / "steps", "-o", again, "--device", "cpu"});
+    INFO(made.err);
+    REQUIRE(made.exit_code == 0);
+    const std::string first = "several/frame_000" + std::to_string(number) + ".png";
+    CHECK((read_png(again).pixels == read_png(studio.folder / first).pixels));
+    CHECK((own.find(std::string(step) + ".qjulia.json") != std::string::npos));
+  }
+  CHECK((frame(studio, "several", 1) != frame(studio, "several", 6)));
+  // Where one map has changed, its film is another one.
+  map.dynamics.factors[1].center.x = 0.2;
+  qjulia::write_map(map, studio.folder / "steps/s9.qjulia.json");
+  const auto parts = run_command({"film", "make", file, "-o", studio.folder / "several", "--frames",
+                                  "1:2", "--device", "cpu"});
+  CHECK(parts.exit_code == 2);
+  CHECK_THAT(parts.err, ContainsSubstring("its map"));
+
+  CHECK_THAT(studio.refused("[film]\nmaps = \"z/*.json\"\nseconds = 1\n"),
+             ContainsSubstring("bad.toml:2: maps: no file matches 'z/*.json'"));
+  CHECK_THAT(studio.refused("[film]\nmaps = \"steps/*\"\nmap = \"ball.qjulia.json\"\n"
+                            "seconds = 1\n"),
+             ContainsSubstring("'map' and 'maps'"));
+  CHECK_THAT(studio.refused("[film]\nmaps = \"steps/*\"\nseconds = 1\n[dive]\nportal = 1\n"),
+             ContainsSubstring("give 'map' for 'maps'"));
+}
+
 TEST_CASE("a sheet shows the film, and its templates can be filmed") {
   const Studio studio;
   const auto sheet = run_command({"film", "sheet", studio.script, "-o", studio.folder / "s.png",

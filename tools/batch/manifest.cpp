@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <glob.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include <string_view>
 
 #include "base/file_types.hpp"
+#include "base/glob.hpp"
 #include "base/input_file.hpp"
 #include "base/text.hpp"
 #include "base/toml.hpp"
@@ -52,16 +52,6 @@ std::optional<std::string> as_text(const toml::node& node) {
   return std::nullopt;
 }
 
-/// A pattern that matches this text alone.
-std::string escaped(const std::string& text) {
-  std::string pattern;
-  for (const char c : text) {
-    if (std::string_view("*?[\\").find(c) != std::string_view::npos) pattern += '\\';
-    pattern += c;
-  }
-  return pattern;
-}
-
 bool is_other_than_file(const std::filesystem::path& path) {
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);
@@ -71,44 +61,13 @@ bool is_other_than_file(const std::filesystem::path& path) {
 /// Mesh files (by extension) that match, sorted; relative patterns begin at `folder`.
 std::vector<std::filesystem::path> find_meshes(const std::filesystem::path& folder,
                                                const std::string& pattern) {
-  std::vector<std::filesystem::path> found;
-  glob_t matches{};
-  if (::glob((escaped(folder.string()) / std::filesystem::path(pattern)).c_str(), 0, nullptr,
-             &matches) == 0) {
-    for (std::size_t i = 0; i < matches.gl_pathc; ++i) found.emplace_back(matches.gl_pathv[i]);
-  }
-  ::globfree(&matches);
+  std::vector<std::filesystem::path> found = base::files_matching(folder, pattern);
   std::erase_if(found, [](const std::filesystem::path& path) {
     return !base::has_type(path, base::FileContent::mesh, base::FileUse::read) ||
            is_other_than_file(path);
   });
   std::ranges::sort(found);
   return found;
-}
-
-/// Whether a text comes before another where numbers in them go by their value: "walk9" before
-/// "walk10".
-bool comes_before(std::string_view one, std::string_view other) {
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  while (!one.empty() && !other.empty()) {
-    if (!is_digit(one.front()) || !is_digit(other.front())) {
-      if (one.front() != other.front()) return one.front() < other.front();
-      one.remove_prefix(1);
-      other.remove_prefix(1);
-      continue;
-    }
-    const auto take_number = [&](std::string_view& text) {
-      while (text.size() > 1 && text[0] == '0' && is_digit(text[1])) text.remove_prefix(1);
-      const auto end = std::ranges::find_if_not(text, is_digit);
-      const std::string_view digits(text.data(), static_cast<std::size_t>(end - text.begin()));
-      text.remove_prefix(digits.size());
-      return digits;
-    };
-    const std::string_view first = take_number(one), second = take_number(other);
-    if (first.size() != second.size()) return first.size() < second.size();
-    if (first != second) return first < second;
-  }
-  return one.size() < other.size();
 }
 
 /// What a fit of `mesh` is called: `name` with its asterisk replaced by the mesh's name without
@@ -476,7 +435,7 @@ class Reader {
     if (!meshes) return;
     if (section.is_sequence) {
       std::ranges::stable_sort(*meshes, [](const auto& one, const auto& other) {
-        return comes_before(one.string(), other.string());
+        return base::comes_before(one.string(), other.string());
       });
       if (meshes->size() == 1) {
         complain(section.line, fmt::format("the sequence has one frame, '{}'; give a glob that "

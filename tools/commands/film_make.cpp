@@ -96,6 +96,7 @@ FilmPlan plan_film(const FilmArguments& arguments) {
   plan.is_shared = arguments.frames.has_value();
   if (arguments.frames) std::tie(plan.first, plan.last) = pictures_in(*arguments.frames, plan.last);
   plan.inputs = {arguments.script, plan.script.input};
+  plan.inputs.insert(plan.inputs.end(), plan.script.maps.begin(), plan.script.maps.end());
   plan.further_inputs = plan.script.files();
   const std::filesystem::path output = arguments.output;
   plan.is_folder = base::extension_of(output).empty();
@@ -117,6 +118,7 @@ std::string key_of(const FilmPlan& plan, const Job& job) {
   nlohmann::json views = nlohmann::json::array();
   for (const View& view : plan.views) {
     views.push_back({to_json(view.map_options), to_json(view.picture)});
+    if (!view.map.empty()) views.push_back(file_hash(view.map));
   }
   return text_hash(
       fmt::format("{}{}{}{}", to_json(job).dump(), views.dump(), plan.script.shutter, version()));

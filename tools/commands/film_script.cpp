@@ -10,6 +10,7 @@
 #include <sstream>
 #include <utility>
 
+#include "base/glob.hpp"
 #include "base/input_file.hpp"
 #include "base/text.hpp"
 #include "base/toml.hpp"
@@ -233,6 +234,9 @@ class ScriptReader {
       attempt([&, &word = node, name = std::string(key.str())] { read_entry(name, word); });
     }
     if (problems_.size() > before) return;
+    if (film->contains("map") && film->contains("maps")) {
+      fail(*film, "[film] has 'map' and 'maps'; give one of them");
+    }
     if (script_.input.empty()) fail(*film, "[film] has no map; name the map or mesh to film");
     if (script_.seconds == 0) fail(*film, "[film] has no seconds; give the film's length");
     if (wanted_seconds_ > 0) {
@@ -250,6 +254,8 @@ class ScriptReader {
   void read_entry(const std::string& name, const toml::node& node) {
     if (name == "map") {
       script_.input = (file_.parent_path() / text(node, name)).string();
+    } else if (name == "maps") {
+      read_maps(node);
     } else if (name == "seconds") {
       script_.seconds = number_above_0(node, name);
     } else if (name == "rate") {
@@ -268,10 +274,23 @@ class ScriptReader {
       script_.keys = (file_.parent_path() / text(node, name)).string();
     } else {
       fail(node,
-           fmt::format("'{}' is not known in [film]; it has map, seconds, rate, shutter, step, "
-                       "loop and keys",
+           fmt::format("'{}' is not known in [film]; it has map, maps, seconds, rate, shutter, "
+                       "step, loop and keys",
                        name));
     }
+  }
+
+  void read_maps(const toml::node& node) {
+    const std::string pattern = text(node, "maps");
+    for (const auto& file : base::files_matching(file_.parent_path(), pattern)) {
+      script_.maps.push_back(file.string());
+    }
+    std::ranges::sort(script_.maps, base::comes_before);
+    if (script_.maps.empty()) {
+      fail(node, fmt::format("maps: no file matches '{}', seen from the script", pattern));
+    }
+    for (const std::string& map : script_.maps) at(node, "maps", [&] { expect_map("it", map); });
+    script_.input = script_.maps.front();
   }
 
   void read_options(const toml::table& options) {
@@ -313,6 +332,10 @@ class ScriptReader {
                                        found->second.place(0), name));
         });
       }
+    }
+    if (!script_.maps.empty()) {
+      attempt(
+          [&] { fail(table, "a [dive] goes into a portal of one map; give 'map' for 'maps'"); });
     }
     if (!problems_.empty()) return;
     at(table, fmt::format("[dive]: portal {}", portal), [&] {
@@ -679,6 +702,7 @@ std::vector<View> FilmScript::views(const View& base) const {
   const std::size_t count = pictures() + (dive ? 1 : 0);
   for (std::size_t i = 0; i < count; ++i) {
     all.push_back(view_at(*this, base, middle_of(i), problems));
+    if (!maps.empty()) all.back().map = maps[i * maps.size() / count];
   }
   // Lamps stand where they are in the first picture, unless they are keyed. In a dive they go with
   // the camera.

@@ -15,9 +15,10 @@
 namespace qjulia::tools {
 
 struct FilmScript {
-  std::string input;  ///< the file of the map or mesh
-  std::string keys;   ///< the table of keys; empty: there is none
-  double width = 0;   ///< about what a zoom of 1 shows, shape units; 0: no key needs it
+  std::string input;              ///< the file of the map or mesh; of several maps, the first
+  std::vector<std::string> maps;  ///< that the film shows one after the other; empty: `input` alone
+  std::string keys;               ///< the table of keys; empty: there is none
+  double width = 0;               ///< about what a zoom of 1 shows, shape units; 0: no key needs it
   double seconds = 0;
   double rate = 25;                                   ///< pictures a second
   nlohmann::json options = nlohmann::json::object();  ///< of `render`, for the whole film

@@ -14,6 +14,8 @@ namespace qjulia::tools {
 struct View {
   MapOptions map_options;
   PictureOptions picture;
+  std::string map{};  ///< file of the map, where the views of a series have several; empty: they
+                      ///< have one
 };
 
 /// The options of a view.

@@ -27,6 +27,7 @@ Remade remade_for(const std::string& name) {
 nlohmann::json without_camera(const View& view) {
   nlohmann::json all = to_json(view.map_options);
   all.update(to_json(view.picture));
+  all["map"] = view.map;
   for (const PictureSetting& setting : picture_settings()) {
     if (setting.is_of_camera) all.erase(setting.name);
   }
@@ -134,13 +135,18 @@ Kept PictureSeries::kept_for(const nlohmann::json& wanted,
   return kept;
 }
 
+Scene PictureSeries::turned_scene(const View& view) {
+  if (view.map.empty()) return turned(device_, scene_, input_, view, session_);
+  return turned(device_, read_scene(view.map, session_), view.map, view, session_);
+}
+
 Studio& PictureSeries::studio(const View& view) {
   nlohmann::json wanted = without_camera(view);
   std::vector<std::string> changed;
   if (kept_for(wanted, changed) == Kept::nothing) {
     studio_.reset();
     is_lit_ = false;
-    shown_ = turned(device_, scene_, input_, view, session_);
+    shown_ = turned_scene(view);
     studio_ = studio_of(device_, shown_, view.picture, session_);
   } else if (!changed.empty()) {
     studio_->set_light(view.picture);
@@ -177,7 +183,7 @@ SeriesFrame PictureSeries::frame_of_maps() {
     session_.monitor().report({"looking at the series", done, -1, {}});
     const std::size_t number = drafts == 1 ? 0 : i * (views_.size() - 1) / (drafts - 1);
     const View& view = views_[number];
-    const Scene scene = turned(device_, scene_, input_, view, session_);
+    const Scene scene = turned_scene(view);
     studio = Studio::of_drafts(device_, *scene.map, view.picture, session_.stop());
     if (!is_placed) {
       const std::vector<Eigen::Vector3d> outline = studio->outline();
@@ -245,6 +251,11 @@ PictureSeries::Picture PictureSeries::picture(std::size_t number, const View& ba
     frame_->exposure = drawn.exposure();
   made.view.picture = as_drawn(view.picture, drawn);
   made.job = frame_job(job_, base, made.view);
+  if (!view.map.empty()) {
+    made.job.options["map"] = name_of(view.map);
+    made.job.inputs["map"] = Job::Input{.path = view.map, .hash = {}};
+    made.job.hash_inputs();
+  }
   if (carries_map) made.map = carried_map(shown_, view.map_options, made.job);
   return made;
 }

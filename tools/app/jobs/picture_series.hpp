@@ -63,7 +63,8 @@ enum class Kept {
 /// change, and its sky as long as nothing but the camera, lamps or matter do.
 class PictureSeries {
  public:
-  /// @param input the file of the map or mesh. @param views one at least.
+  /// @param input the file of the map or mesh. @param views one at least; `scene` and `input` are
+  /// those of views without a map of their own.
   /// @param job of the whole series.
   PictureSeries(const Device& device, Scene scene, std::string input, std::vector<View> views,
                 Job job, Session& session);
@@ -97,6 +98,8 @@ class PictureSeries {
 
  private:
   bool shows_one_set() const;
+  /// The scene of a view, its knobs turned.
+  Scene turned_scene(const View& view);
   SeriesFrame frame_of_camera();
   SeriesFrame frame_of_maps();
   /// The studio of a view, which may be the one before.
