@@ -10,8 +10,8 @@
 
 #include "base/markup.hpp"
 #include "base/zip_file.hpp"
-#include "mesh/parts.hpp"
 #include "mesh_io/formats.hpp"
+#include "mesh_io/mesh_objects.hpp"
 #include "mesh_io/record_stream.hpp"
 
 namespace qjulia::shape {
@@ -44,88 +44,21 @@ struct Grouped {
   }
 };
 
-constexpr std::uint32_t kUngrouped = std::numeric_limits<std::uint32_t>::max();
-
-/// The numbers 0 … `count` − 1 by `group_of(number)`, without those of kUngrouped.
+/// The numbers 0 … `count` − 1 by `group_of(number)`, without those of Objects::kNone.
 template <class GroupOf>
 Grouped grouped(std::size_t count, std::size_t groups, const GroupOf& group_of) {
   Grouped sorted;
   sorted.first.resize(groups + 1);
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (group_of(i) != kUngrouped) ++sorted.first[group_of(i) + 1];
+    if (group_of(i) != Objects::kNone) ++sorted.first[group_of(i) + 1];
   }
   std::partial_sum(sorted.first.begin(), sorted.first.end(), sorted.first.begin());
   sorted.numbers.resize(sorted.first.back());
   std::vector<std::size_t> next = sorted.first;
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (group_of(i) != kUngrouped) sorted.numbers[next[group_of(i)]++] = i;
+    if (group_of(i) != Objects::kNone) sorted.numbers[next[group_of(i)]++] = i;
   }
   return sorted;
-}
-
-/// Which parts belong together.
-struct Objects {
-  Parts parts;
-  std::vector<std::uint32_t> of_part;  ///< the number of each part's object
-  std::size_t count = 0;
-
-  std::uint32_t of_triangle(std::size_t triangle) const {
-    return of_part[parts.of_triangle[triangle]];
-  }
-  bool is_cavity(std::size_t part) const {
-    return parts.sums[part].is_closed() && parts.sums[part].volume < 0;
-  }
-};
-
-std::vector<Eigen::AlignedBox3d> boxes_of(const TriangleMesh& mesh, const Parts& parts) {
-  std::vector<Eigen::AlignedBox3d> boxes(parts.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      boxes[parts.of_triangle[t]].extend(mesh.vertices[v]);
-    }
-  }
-  return boxes;
-}
-
-/// The parts that are no cavities, from the smallest box to the largest.
-std::vector<std::size_t> by_box_volume(const Objects& objects,
-                                       const std::vector<Eigen::AlignedBox3d>& boxes) {
-  std::vector<std::size_t> sorted;
-  for (std::size_t part = 0; part < boxes.size(); ++part) {
-    if (!objects.is_cavity(part)) sorted.push_back(part);
-  }
-  std::ranges::stable_sort(sorted, {}, [&](std::size_t part) { return boxes[part].volume(); });
-  return sorted;
-}
-
-/// A part that encloses a negative volume is a cavity: it belongs to the part with the smallest box
-/// that its own box lies in.
-Objects objects_of(const TriangleMesh& mesh) {
-  Objects objects{connected_parts(mesh), {}, 0};
-  const std::size_t parts = objects.parts.size();
-  objects.of_part.resize(parts, kUngrouped);
-  bool has_cavities = false;
-  for (std::size_t part = 0; part < parts; ++part) {
-    if (objects.is_cavity(part)) {
-      has_cavities = true;
-    } else {
-      objects.of_part[part] = static_cast<std::uint32_t>(objects.count++);
-    }
-  }
-  if (!has_cavities) return objects;
-  const std::vector<Eigen::AlignedBox3d> boxes = boxes_of(mesh, objects.parts);
-  const std::vector<std::size_t> sorted = by_box_volume(objects, boxes);
-  for (std::size_t part = 0; part < parts; ++part) {
-    if (!objects.is_cavity(part)) continue;
-    // Smaller boxes cannot hold it, and the first that does is the smallest.
-    const auto first = std::ranges::lower_bound(sorted, boxes[part].volume(), {},
-                                                [&](std::size_t i) { return boxes[i].volume(); });
-    const auto holder = std::find_if(first, sorted.end(),
-                                     [&](std::size_t i) { return boxes[i].contains(boxes[part]); });
-    objects.of_part[part] = holder == sorted.end() ? static_cast<std::uint32_t>(objects.count++)
-                                                   : objects.of_part[*holder];
-  }
-  return objects;
 }
 
 std::uint32_t packed(const VertexColor& color) {
@@ -183,7 +116,7 @@ class ModelWriter {
     const std::size_t count = objects_.count;
     const Grouped triangles = grouped(mesh_.triangles.size(), count,
                                       [&](std::uint32_t t) { return objects_.of_triangle(t); });
-    std::vector<std::uint32_t> number(mesh_.vertices.size(), kUngrouped);  // in its object
+    std::vector<std::uint32_t> number(mesh_.vertices.size(), Objects::kNone);  // in its object
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
       for (const std::uint32_t v : mesh_.triangles[t]) number[v] = objects_.of_triangle(t);
     }

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "qjulia/mesh/mesh.hpp"
+#include "qjulia/mesh/moving_mesh.hpp"
 #include "qjulia/mesh/texture.hpp"
 
 namespace qjulia::shape {
@@ -18,5 +19,10 @@ namespace qjulia::shape {
 void write_glb(const TriangleMesh& mesh, const std::string& name, const std::string& note,
                UpAxis up, double scale, const std::string& map, const MeshTexture* texture,
                std::ostream& out);
+
+/// The same with a node for each body, under a node that turns all of them, and one animation with
+/// places and turns of the bodies that move.
+void write_moving_glb(const MovingMesh& moving, const std::string& name, const std::string& note,
+                      UpAxis up, double scale, const std::string& map, std::ostream& out);
 
 }  // namespace qjulia::shape

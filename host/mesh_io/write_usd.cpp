@@ -142,27 +142,87 @@ void print_mesh(RecordStream& file, const TriangleMesh& mesh, const std::string&
 
 }  // namespace
 
-void write_usd(const TriangleMesh& mesh, const std::string& name, const std::string& note,
-               UpAxis up, double metres, std::ostream& out) {
-  RecordStream file(out);
+namespace {
+
+std::string turned_prim(const std::string& name) {
   const std::string prim = prim_name(name);
-  const std::string model = prim == "camera" ? prim + "_model" : prim;
+  return prim == "camera" ? prim + "_model" : prim;
+}
+
+/// All before what stands in the model. @param times more lines of the layer's metadata
+void begin_usd(RecordStream& file, const std::string& model, const std::string& note, double metres,
+               const Eigen::Matrix4d& turn, const std::string& times) {
   file.print("#usda 1.0\n(\n    defaultPrim = \"{}\"\n", model);
   if (!note.empty()) file.print("    doc = {}\n", quoted(note));
-  file.print("    metersPerUnit = {}\n    upAxis = \"Y\"\n)\n\n", metres);
-  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
-  turn.topLeftCorner<3, 3>() = quarter_turns(up, UpAxis::y);
+  file.print("{}    metersPerUnit = {}\n    upAxis = \"Y\"\n)\n\n", times, metres);
   file.print(
       "def Xform \"{}\" (\n    kind = \"component\"\n)\n{{\n"
       "    matrix4d xformOp:transform = {}\n"
       "    uniform token[] xformOpOrder = [\"xformOp:transform\"]\n",
       model, usd_matrix(turn));
+}
+
+Eigen::Matrix4d upright(UpAxis up) {
+  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+  turn.topLeftCorner<3, 3>() = quarter_turns(up, UpAxis::y);
+  return turn;
+}
+
+std::string matrix_of(const BodyPose& pose) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<3, 3>() = pose.turn.toRotationMatrix();
+  matrix.topRightCorner<3, 1>() = pose.place;
+  return usd_matrix(matrix);
+}
+
+}  // namespace
+
+void write_usd(const TriangleMesh& mesh, const std::string& name, const std::string& note,
+               UpAxis up, double metres, std::ostream& out) {
+  RecordStream file(out);
+  const std::string model = turned_prim(name);
+  const Eigen::Matrix4d turn = upright(up);
+  begin_usd(file, model, note, metres, turn, "");
   // The material beside the mesh has this name, too.
+  const std::string prim = prim_name(name);
   const bool is_taken = !mesh.colors.empty() && prim == "vertex_colours";
   print_mesh(file, mesh, is_taken ? prim + "_mesh" : prim, "/" + model);
   if (!mesh.colors.empty()) file.print("{}", usd_material("/" + model));
   file.print("}}\n");
   const Box box = mesh.box();
+  file.print("{}", camera(turn.topLeftCorner<3, 3>() * box.center(), box.size().norm() / 2));
+}
+
+void write_moving_usd(const MovingMesh& moving, const std::string& name, const std::string& note,
+                      UpAxis up, double metres, std::ostream& out) {
+  RecordStream file(out);
+  const std::string model = turned_prim(name);
+  const Eigen::Matrix4d turn = upright(up);
+  begin_usd(
+      file, model, note, metres, turn,
+      fmt::format("    startTimeCode = 0\n    endTimeCode = {}\n    timeCodesPerSecond = {}\n",
+                  moving.moments - 1, moving.rate));
+  bool has_colors = false;
+  for (std::size_t i = 0; i < moving.bodies.size(); ++i) {
+    const auto& [mesh, poses] = moving.bodies[i];
+    has_colors = has_colors || !mesh.colors.empty();
+    file.print("\n    def Xform \"body_{:04}\"\n    {{\n", i);
+    if (poses.size() == 1) {
+      file.print("    matrix4d xformOp:transform = {}\n", matrix_of(poses.front()));
+    } else {
+      file.print("    matrix4d xformOp:transform.timeSamples = {{\n");
+      for (std::size_t moment = 0; moment < poses.size(); ++moment) {
+        file.print("        {}: {},\n", moment, matrix_of(poses[moment]));
+      }
+      file.print("    }}\n");
+    }
+    file.print("    uniform token[] xformOpOrder = [\"xformOp:transform\"]\n");
+    print_mesh(file, mesh, "mesh", "/" + model);
+    file.print("    }}\n");
+  }
+  if (has_colors) file.print("{}", usd_material("/" + model));
+  file.print("}}\n");
+  const Box box = mesh_at(moving, 0).box();
   file.print("{}", camera(turn.topLeftCorner<3, 3>() * box.center(), box.size().norm() / 2));
 }
 

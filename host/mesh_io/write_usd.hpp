@@ -3,6 +3,7 @@
 #include <string>
 
 #include "qjulia/mesh/mesh.hpp"
+#include "qjulia/mesh/moving_mesh.hpp"
 
 namespace qjulia::shape {
 
@@ -14,5 +15,9 @@ namespace qjulia::shape {
 /// @param note stands as the layer's documentation, unless empty. @param metres in a unit.
 void write_usd(const TriangleMesh& mesh, const std::string& name, const std::string& note,
                UpAxis up, double metres, std::ostream& out);
+
+/// The same with a transform for each body, which has a time sample for each moment.
+void write_moving_usd(const MovingMesh& moving, const std::string& name, const std::string& note,
+                      UpAxis up, double metres, std::ostream& out);
 
 }  // namespace qjulia::shape

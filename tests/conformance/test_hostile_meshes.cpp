@@ -7,6 +7,7 @@
 
 #include "base/file_types.hpp"
 #include "hostile.hpp"
+#include "qjulia/mesh/moving_mesh.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
@@ -120,6 +121,18 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("signed_volume", Need::nothing, [&] { signed_volume(mesh); });
   use("oriented_outward", Need::nothing,
       [&] { return oriented_outward(mesh).triangles.size() == triangles; });
+  use("scattered", Need::floats, [&] {
+    const MovingMesh moving = scattered(mesh, {.seconds = 0.5});
+    moving.validate();
+    CHECK(mesh_at(moving, 1).triangles.size() <= triangles);
+    write_moving_mesh(moving, folder / "moving.glb", {});
+  });
+  use("scattered", Need::nothing, [&] {
+    const MovingMesh moving = scattered(mesh, {.seconds = 0.5});
+    moving.validate();
+    CHECK(mesh_at(moving, 1).triangles.size() <= triangles);
+    write_moving_mesh(moving, folder / "moving.glb", {});
+  });
   use("guess_up", Need::nothing, [&] { return axis_number(guess_up(mesh)) <= 2; });
   use("as_if_read", Need::nearby, [&] {
     const InspectedMesh read = as_if_read(mesh);

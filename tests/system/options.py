@@ -329,6 +329,9 @@ RUNS = {
         Run("f.qjulia.json", {"--output": "m.glb", "--resolution": "16", "--metres": "0.2", "--no-map": None,
                               "--dense": None, "--largest-component": None, "--texture": "300"},
             {"--texture": lambda done, value: struct.pack(">II", int(value), int(value)) in done.path("m.glb").read_bytes()}),
+        Run("f.qjulia.json", {"--output": "dust.glb", "--resolution": "32", "--drift": "0.9", "--scatter": "wind",
+                              "--scatter-seconds": "0.5", "--scatter-distance": "2", "--scatter-seed": "3"},
+            {"--scatter": lambda done, value: b'"animations"' in done.path("dust.glb").read_bytes()}),
         Run("f.qjulia.json", {"--output": "h.3mf", "--resolution": "16", "--height": "40", "--flat-foot": "1",
                               "--shell": "4", "--drain": "2"},
             # Without the height there is no room for the shell, and without a shell none for a drain.

@@ -25,6 +25,7 @@
 #include "describe/setting_option.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/map_file.hpp"
+#include "qjulia/mesh/moving_mesh.hpp"
 #include "qjulia/picture/bake_texture.hpp"
 #include "qjulia/picture/materials.hpp"
 #include "qjulia/picture/picture.hpp"
@@ -55,6 +56,8 @@ struct SurfaceArguments {
   std::optional<std::string> palette;
   std::optional<MaterialRange> range;
   std::optional<int> texture;  ///< pixels of its sides
+  std::optional<ScatterField> scatters;
+  ScatterOptions scatter;  ///< but for its field
   std::optional<Option> palette_option;
   std::optional<Option> range_option;
 };
@@ -67,6 +70,7 @@ struct WrittenSurface {
   LoosePieces loose;  ///< not written
   PrintReport print;
   double abrupt_share = 0;  ///< of the edges, in colour
+  std::size_t flying = 0;   ///< bodies that --scatter moves
 };
 
 /// Below this share, bands of a picture are still seen as bands.
@@ -144,6 +148,30 @@ void check_texture(const SurfaceArguments& arguments) {
         "leave --cut, --flat-foot and --shell out");
   }
   if (print.max_triangles) expect_pixels(*arguments.texture, *print.max_triangles);
+}
+
+const std::map<std::string, ScatterField>& scatter_fields() {
+  static const std::map<std::string, ScatterField> all{{"outward", ScatterField::outward},
+                                                       {"wind", ScatterField::wind},
+                                                       {"gravity", ScatterField::gravity}};
+  return all;
+}
+
+/// @throws InputError where the file cannot hold bodies that move, or what else is asked for has
+///   none
+void check_scatter(const SurfaceArguments& arguments) {
+  if (!arguments.scatters) return;
+  arguments.scatter.validate();
+  const std::string extension = base::extension_of(arguments.output.path);
+  if (extension != ".glb" && extension != ".usda") {
+    throw InputError(
+        fmt::format("--scatter: {} files hold nothing that moves; write .glb or .usda", extension));
+  }
+  if (!arguments.selection.cuts.empty() || arguments.print.is_any() || arguments.texture) {
+    throw InputError(
+        "--scatter moves the set's bodies as they are; leave --cut, --texture and the options of "
+        "prints out");
+  }
 }
 
 /// How the mesh is coloured.
@@ -250,6 +278,17 @@ Dress dress_of(const SurfaceArguments& arguments, const Device& device, const Ma
   return dress;
 }
 
+/// With the figures of the mesh that was written.
+WrittenSurface measured(WrittenSurface written, const TriangleMesh& mesh) {
+  const MeshReport report = inspect(mesh);
+  written.report.vertices = report.vertices;
+  written.report.triangles = report.triangles;
+  written.report.open_edges = report.open_edges;
+  written.non_manifold_edges = report.non_manifold_edges;
+  written.figures = measure(mesh);
+  return written;
+}
+
 /// Makes the mesh in memory: for formats that need their counts first, to choose among components,
 /// to colour and to print.
 WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, const Map& map,
@@ -260,9 +299,20 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   TriangleMesh& mesh = sink.mesh;
   if (mesh.triangles.empty()) return written;
   const TraceStage stage(monitor.trace, "measure and write");
-  written.loose = select_parts(mesh, arguments.selection);
+  Selection selection = arguments.selection;
+  selection.keep_loose = selection.keep_loose || (arguments.scatters && selection.drops_loose());
+  written.loose = select_parts(mesh, selection);
   std::optional<TriangleMesh> fine;
   if (arguments.texture && arguments.print.is_any()) fine = mesh;
+  if (arguments.scatters) {
+    mesh.colors = dress_of(arguments, device, map, {}, mesh, 1, monitor).colors.colors;
+    ScatterOptions scatter = arguments.scatter;
+    scatter.field = *arguments.scatters;
+    const MovingMesh moving = scattered(mesh, scatter, map.frame.up.value_or(kDefaultUp));
+    write_moving_mesh(moving, arguments.output.path, about);
+    written.flying = moving.bodies.size() - 1;
+    return measured(std::move(written), mesh);
+  }
   if (arguments.print.is_any()) {
     PrintOptions print = arguments.print;
     print.up = map.frame.up.value_or(kDefaultUp);
@@ -290,13 +340,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   } else {
     write_mesh(mesh, arguments.output.path, about);
   }
-  const MeshReport report = inspect(mesh);
-  written.report.vertices = report.vertices;
-  written.report.triangles = report.triangles;
-  written.report.open_edges = report.open_edges;
-  written.non_manifold_edges = report.non_manifold_edges;
-  written.figures = measure(mesh);
-  return written;
+  return measured(std::move(written), mesh);
 }
 
 Plan plan_surface(const SurfaceArguments& arguments) {
@@ -305,6 +349,7 @@ Plan plan_surface(const SurfaceArguments& arguments) {
   Plan plan{{arguments.map}, {output_named("--output", arguments.output, surface_types())}};
   check_colors(arguments);
   check_texture(arguments);
+  check_scatter(arguments);
   arguments.print.validate();
   arguments.selection.validate();
   if (!arguments.selection.cuts.empty() && (arguments.print.is_any() || is_volume(arguments))) {
@@ -363,6 +408,9 @@ int run_surface(const SurfaceArguments& given, const Plan& /*plan*/, Session& se
   }
   session.report_kernels(device);
   const double seconds = session.seconds();
+  if (arguments.scatters) {
+    stands += fmt::format("\n{} bodies fly, and the largest stays", written.flying);
+  }
   nlohmann::json print;
   if (arguments.print.is_any()) print = print_json(written.print, arguments.print);
   session.console.summary(
@@ -382,6 +430,7 @@ int run_surface(const SurfaceArguments& given, const Plan& /*plan*/, Session& se
        {"closed", closed},
        {"figures", to_json(written.figures)},
        {"print", print},
+       {"flying", written.flying},
        {"made_with", how},
        {"resolution", options.resolution},
        {"points", to_json(report)},
@@ -448,6 +497,36 @@ void describe_surface(Command command, SurfaceArguments& a) {
           "A light mesh then looks like the whole one. N triangles need at least 5.7 times the "
           "square root of N pixels: 50,000 need 1,272")
       .range(TextureOptions::kLeastSize, TextureOptions::kMostSize);
+  std::vector<std::string> fields;
+  for (const auto& [word, field] : scatter_fields()) fields.push_back(word);
+  const Option scatter =
+      command
+          .word(
+              "--scatter", fmt::format("{}", fmt::join(fields, "|")),
+              [&a](const std::string& word) {
+                const auto found = scatter_fields().find(word);
+                if (found == scatter_fields().end()) {
+                  throw InputError("'" + word + "' is none; give outward, wind or gravity");
+                }
+                a.scatters = found->second;
+              },
+              "Let all connected parts but the largest fly, in an animation of the .glb or in time "
+              "samples of the .usda: away from the middle, with a wind, or to the floor. Loose "
+              "pieces are then kept. A large --drift or --detail makes many")
+          .offers(fields);
+  command.add("--scatter-seconds", &a.scatter.seconds, "SECONDS", "How long the animation lasts")
+      .range(0.1, 600)
+      .needs(scatter);
+  command
+      .add("--scatter-distance", &a.scatter.distance, "TIMES",
+           "How far parts fly by the end, in longest sides of the mesh; what falls ends on the "
+           "floor")
+      .range(0, 100)
+      .needs(scatter);
+  command
+      .add("--scatter-seed", &a.scatter.seed, "SEED",
+           "Of when parts set off, how far they fly and how they turn")
+      .needs(scatter);
   const std::string upright =
       "In " + types_that([](const auto& path) { return format_up(path).has_value(); }) +
       " files, which stand upright, the shape's axis that points up; auto takes it from the map. "
@@ -474,6 +553,7 @@ void add_surface(CommandLine& program, ChosenCommand& chosen) {
   qjulia surface bunny.qjulia.json -o light.glb --max-triangles 100000
   qjulia surface bunny.qjulia.json -o wild.ply --detail 0.03 --phase 0.8 0.6 0 0
   qjulia surface bunny.qjulia.json -o colours.glb --material trap --palette ember
+  qjulia surface bunny.qjulia.json -o dust.glb --drift 0.9 --scatter wind
   qjulia surface bunny.qjulia.json -o baked.glb --max-triangles 20000 --texture 1024
 The mesh lies in the fitted shape's own coordinates; .glb, .usda,
 .stl and .3mf stand upright. Only the
