@@ -121,12 +121,6 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
   use("signed_volume", Need::nothing, [&] { signed_volume(mesh); });
   use("oriented_outward", Need::nothing,
       [&] { return oriented_outward(mesh).triangles.size() == triangles; });
-  use("scattered", Need::floats, [&] {
-    const MovingMesh moving = scattered(mesh, {.seconds = 0.5});
-    moving.validate();
-    CHECK(mesh_at(moving, 1).triangles.size() <= triangles);
-    write_moving_mesh(moving, folder / "moving.glb", {});
-  });
   use("scattered", Need::nothing, [&] {
     const MovingMesh moving = scattered(mesh, {.seconds = 0.5});
     moving.validate();
