@@ -159,10 +159,6 @@ void scatter(MovingBody& body, const Scattering& all, const Chance& chance, cons
   }
 }
 
-Eigen::Vector3d unit(UpAxis up) {
-  return quarter_turns(up, UpAxis::y).transpose() * Eigen::Vector3d::UnitY();
-}
-
 }  // namespace
 
 void ScatterOptions::validate() const {
@@ -228,7 +224,7 @@ MovingMesh scattered(const TriangleMesh& mesh, const ScatterOptions& options, Up
   const auto largest = std::ranges::max_element(
       moving.bodies, {}, [](const MovingBody& body) { return signed_volume(body.mesh); });
   std::rotate(moving.bodies.begin(), largest, largest + 1);
-  const Eigen::Vector3d upward = unit(up);
+  const Eigen::Vector3d upward = direction(up);
   const Eigen::Vector3d wind = std::abs(upward.x()) > 0.5 ? Eigen::Vector3d::UnitY().eval()
                                                           : Eigen::Vector3d::UnitX().eval();
   const Scattering all{options, mesh.box(), upward, wind};

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "hostile.hpp"
+#include "qjulia/picture/scene_pose.hpp"
 #include "shapes.hpp"
 #include "temporary_folder.hpp"
 
@@ -95,6 +96,10 @@ TEST_CASE("a studio refuses hostile cameras, ranges, exposures and sizes by name
       c.look_at = Eigen::Vector3d::Zero();
       c.distance = 6;
     });
+    takes(std::isfinite(x), "pose_of", "azimuth",
+          [&] { return pose_of(placed, 8, 8).axes.allFinite(); });
+    takes(std::isfinite(x), "lamp_poses", "lamp_turn",
+          [&] { return lamp_poses({.lamp_turn = x}, placed).front().towards.allFinite(); });
     takes(std::isfinite(x), "picture", "azimuth",
           [&] { check_picture(studio.picture({}, std::span(&placed, 1)), options); });
     takes(std::isfinite(x), "shown", "azimuth", [&] {

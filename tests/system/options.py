@@ -366,6 +366,11 @@ RUNS = {
             {"--pictures": lambda done, value: done.json["pictures"] == 2,
              "--seconds": lambda done, value: done.json["film_pictures"] == 2}),
     ],
+    "film scene": [
+        Run("film.toml", {"--output": "scene.usda", "--seconds": "1"},
+            {"--seconds": lambda done, value: done.json["pictures"] == 2}),
+        Run("film.toml", {"--output": "scene.glb"}, {"--output": makes("scene.glb")}),
+    ],
     "film template": [
         Run("dive", {"--output": "dive.toml"}, {"--output": makes("dive.toml")}),
         Run("breathe", {"--output": "breathe.toml"}, {"--output": makes("breathe.toml")}),

@@ -487,6 +487,38 @@ distance = 6
              ContainsSubstring("give 'map' for 'maps'"));
 }
 
+TEST_CASE("a film's camera and lamps go to other programs") {
+  const Studio studio;
+  const auto scene = [&](const std::string& output) {
+    return run_command({"film", "scene", studio.script, "-o", studio.folder / output, "--json",
+                        "--device", "cpu"});
+  };
+  const auto usd = scene("scene.usda");
+  INFO(usd.err);
+  REQUIRE(usd.exit_code == 0);
+  CHECK(json::parse(usd.out)["pictures"] == 6);
+  const std::string text = read_text(studio.folder / "scene.usda");
+  CHECK_THAT(text, ContainsSubstring("endTimeCode = 5\n") &&
+                       ContainsSubstring("timeCodesPerSecond = 3\n") &&
+                       ContainsSubstring("float focalLength = 44.78") &&
+                       ContainsSubstring("def DistantLight \"lamp2\""));
+  const auto glb = scene("scene.glb");
+  CHECK(glb.exit_code == 0);
+  CHECK(glb.err.find("field of view") == std::string::npos);
+  const std::string bytes = read_text(studio.folder / "scene.glb");
+  CHECK_THAT(bytes,
+             ContainsSubstring("KHR_lights_punctual") && ContainsSubstring("\"animations\""));
+  // A .glb cannot zoom.
+  std::string zooms = kScript;
+  zooms.replace(zooms.rfind("azimuth = 180"), 13, "azimuth = 180\nzoom = 3");
+  zooms.replace(zooms.find("azimuth = 0"), 11, "azimuth = 0\nzoom = 1");
+  studio.folder.file("turn.toml", zooms);
+  CHECK_THAT(scene("scene.glb").err, ContainsSubstring("write .usda"));
+  CHECK(scene("scene.usda").exit_code == 0);
+  CHECK_THAT(read_text(studio.folder / "scene.usda"),
+             ContainsSubstring("float focalLength.timeSamples"));
+}
+
 TEST_CASE("a sheet shows the film, and its templates can be filmed") {
   const Studio studio;
   const auto sheet = run_command({"film", "sheet", studio.script, "-o", studio.folder / "s.png",

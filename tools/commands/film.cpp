@@ -78,7 +78,8 @@ See docs/guide/films.md.)",
                      "make",
                      {},
                      ".toml"});
-  for (const auto add : {add_film_make, add_film_sheet, add_film_template}) add(program, chosen);
+  for (const auto add : {add_film_make, add_film_sheet, add_film_scene, add_film_template})
+    add(program, chosen);
 }
 
 }  // namespace qjulia::tools

@@ -7,6 +7,7 @@ namespace qjulia::tools {
 
 void add_film_make(CommandLine& program, ChosenCommand& chosen);
 void add_film_sheet(CommandLine& program, ChosenCommand& chosen);
+void add_film_scene(CommandLine& program, ChosenCommand& chosen);
 void add_film_template(CommandLine& program, ChosenCommand& chosen);
 
 /// SCRIPT.
