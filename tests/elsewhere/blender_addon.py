@@ -6,6 +6,7 @@ after "--": QJULIA ZIP MAP FOLDER, and "killed" where Blender is to die while th
 import json
 import os
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -249,6 +250,41 @@ def check_pictures(obj, scene, name):
     check(numpy.abs(first - last).mean() > 0.01, "another in another frame")
 
 
+def check_camera(obj, scene):
+    """A film by the camera's keys shows what Blender has rendered."""
+    camera = scene.camera
+    said = refusal(bpy.ops.qjulia.camera, filepath=str(folder / "nowhere" / "camera.csv"))
+    check("nowhere" in said, f"a table without a folder: {said.strip()}")
+    old_place, old_turn = camera.location.copy(), camera.rotation_euler.copy()
+    camera.rotation_euler = (1.43, 0.3, 0)
+    said = refusal(bpy.ops.qjulia.camera, filepath=str(folder / "camera.csv"))
+    check("tilted to one side" in said, f"a camera that rolls: {said.strip()}")
+    camera.rotation_euler = (1.43, 0, 3)
+    said = refusal(bpy.ops.qjulia.camera, filepath=str(folder / "camera.csv"))
+    check("looks away" in said, f"a camera that looks elsewhere: {said.strip()}")
+    for frame, x, turn in ((1, 0, 0), (3, 2, 0.45)):
+        camera.location, camera.rotation_euler = (x, -4.2, 0.6), (1.43, 0, turn)
+        camera.keyframe_insert("location", frame=frame)
+        camera.keyframe_insert("rotation_euler", frame=frame)
+    check(refusal(bpy.ops.qjulia.camera, filepath=str(folder / "camera.csv")) == "", "a camera becomes a table of keys")
+    rows = (folder / "camera.csv").read_text().splitlines()
+    check(len(rows) == 4 and rows[0].startswith("at,azimuth,elevation"), f"of all frames: {rows}")
+    (folder / "film.toml").write_text(
+        f'[film]\nmap = "{MAP}"\nkeys = "camera.csv"\nseconds = {3 / scene.render.fps}\nrate = {scene.render.fps}\n'
+        'step = "linear"\n[options]\nsize = "96x96"\nsamples = 1\nbackground = "transparent"\nno_ground = true\n')
+    subprocess.run([PROGRAM, "film", "make", str(folder / "film.toml"), "-o", str(folder / "film"), "--device", "cpu",
+                    "--quiet"], check=True)
+    scene.render.filepath = str(folder / "keyed_")
+    bpy.ops.render.render(animation=True)
+    for frame in (1, 2, 3):
+        ours = pixels(folder / f"film/frame_{frame:04d}.png")[:, 3] > 0.5
+        theirs = pixels(folder / f"keyed_{frame:04d}.png")[:, 3] > 0.5
+        alike = (ours & theirs).sum() / (ours | theirs).sum()
+        check(alike > 0.9, f"in frame {frame} the film shows what Blender does: IoU {alike:.3f}")
+    camera.animation_data_clear()
+    camera.location, camera.rotation_euler = old_place, old_turn
+
+
 def check_bake(obj, scene, live, preferences):
     obj.qjulia.bake_folder = ""
     said = refusal(bpy.ops.qjulia.bake)
@@ -375,6 +411,7 @@ def main():
     check_keys(obj, scene)
     prepare_picture(scene)
     check_pictures(obj, scene, "live")
+    check_camera(obj, scene)
     check_bake(obj, scene, live, preferences)
     check_saved(obj, live)
     obj = bpy.data.objects[name]

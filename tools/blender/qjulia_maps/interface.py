@@ -69,6 +69,7 @@ class _Panel:
         box.prop(obj.qjulia, "bake_folder")
         box.operator("qjulia.bake")
         box.prop(obj.qjulia, "uses_bake")
+        box.operator("qjulia.camera")
         layout.prop(obj.qjulia, "map_file")
         layout.operator("qjulia.restart")
 

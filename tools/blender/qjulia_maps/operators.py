@@ -9,9 +9,9 @@ import os
 import random
 
 import bpy
-from bpy_extras.io_utils import ImportHelper
+from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from . import bake, live, properties, server
+from . import bake, camera, live, properties, server
 
 
 class _OfMap:
@@ -208,6 +208,27 @@ class QJULIA_OT_bake(_OfMap, bpy.types.Operator):
         return {"FINISHED"}
 
 
+class QJULIA_OT_camera(_OfMap, bpy.types.Operator, ExportHelper):
+    """Write the scene's camera as a table of keys for 'qjulia film': keys = "camera.csv" in its script"""
+
+    bl_idname = "qjulia.camera"
+    bl_label = "Camera to film"
+    bl_options = {"REGISTER"}
+
+    filename_ext = ".csv"
+    filter_glob: bpy.props.StringProperty(default="*.csv", options={"HIDDEN"})
+
+    def execute(self, context):
+        try:
+            text = camera.table(context.object, context.scene)
+            with open(bpy.path.abspath(self.filepath), "w", encoding="utf-8") as file:
+                file.write(text)
+        except (camera.CameraError, OSError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
 class QJULIA_OT_report(bpy.types.Operator):
     """Show a text in Blender's reports"""
 
@@ -232,7 +253,7 @@ class QJULIA_OT_report(bpy.types.Operator):
 
 
 _classes = (QJULIA_OT_add, QJULIA_OT_final, QJULIA_OT_cancel, QJULIA_OT_restart, QJULIA_OT_choose, QJULIA_OT_reset,
-            QJULIA_OT_surprise, QJULIA_OT_bake, QJULIA_OT_report)
+            QJULIA_OT_surprise, QJULIA_OT_bake, QJULIA_OT_camera, QJULIA_OT_report)
 
 
 def register():
