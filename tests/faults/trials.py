@@ -262,6 +262,8 @@ factors = 9
                 {"ball.obj": BALL, "m.toml": manifest}, repeat=["--resume", "--retry-failed"]),
         Command("shape", ["shape", "ball.obj", "-o", "map.json", "--resolution", "32"],
                 {"ball.obj": BALL}),
+        Command("morph", ["morph", "map.json", "b.json", "-o", "out", "--steps", "2", "--flicker-cells", "0"],
+                {**of_map, "b.json": of_map["map.json"]}, leaves={"out/step_0001.qjulia.json"}),
         Command("share", ["share", "map.json", "-o", "a.html"], of_map),
         Command("batch-merge", ["batch", "merge", "out"], made_shards(workshop, manifest)),
         Command("profile-report", ["profile", "report", "a.json", "b.json", "-o", "report.html"],

@@ -371,3 +371,19 @@ TEST_CASE("a negative number may begin with a point") {
   CHECK(how["phase"] == nlohmann::json({0.9, -0.1, 0, 0}));
   CHECK(how["box"] == nlohmann::json({-0.9, -0.8, -0.7, 0.9, 0.8, 0.7}));
 }
+
+TEST_CASE("info tells what it cannot measure of a mesh, and the rest") {
+  const TemporaryFolder folder;
+  const std::string needle = folder.file(
+      "needle.obj",
+      "v 0 0 0\nv 1e-4 0 0\nv 0 1e-4 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  const ProcessResult told =
+      run_command({"info", needle, "--measure-roughness", "--json", "--device", "cpu"});
+  CAPTURE(told.err);
+  REQUIRE(told.exit_code == 0);
+  const auto json = nlohmann::json::parse(told.out);
+  CHECK(json["porosity"].is_null());
+  CHECK(json["triangles"] == 4);
+  CHECK_THAT(run_command({"info", needle, "--measure-roughness", "--device", "cpu"}).out,
+             ContainsSubstring("porosity      not measured: the mesh fills less than a cell"));
+}

@@ -292,6 +292,12 @@ TEST_CASE("a dive into a portal ends as it begins") {
       run_command({"film", bright, "-o", studio.folder / "bright", "--json", "--device", "cpu"});
   CHECK(json::parse(seamed.out)["seam"] > 2);
   CHECK_THAT(seamed.err, ContainsSubstring("the dive will show a seam"));
+  // Keys of zoom show less from the same place, and are not made good by it.
+  const std::string zooming = studio.folder.file(
+      "zooming.toml", begin + options + "[[key]]\nat = 0\nzoom = 1\n[[key]]\nat = 1\nzoom = 3\n");
+  const auto zoomed =
+      run_command({"film", zooming, "-o", studio.folder / "zooming", "--json", "--device", "cpu"});
+  CHECK(json::parse(zoomed.out)["seam"] > 2);
   CHECK_THAT(studio.refused(begin + "portal = 2\n" + options),
              ContainsSubstring("bad.toml:5: [dive]: portal 2: there is no portal 2"));
   CHECK_THAT(studio.refused(begin + "copies = 0\ndepth = 3\n" + options),

@@ -686,10 +686,16 @@ View view_at(const FilmScript& script, const View& base, double time,
   if (script.dive) {
     PictureOptions& picture = view.picture;
     const double aspect = static_cast<double>(picture.width) / picture.height;
+    // Keys of zoom and field of view show more or less from the same place.
+    Camera placed = picture.camera;
+    placed.zoom = base.picture.camera.zoom;
+    placed.field_of_view = base.picture.camera.field_of_view;
+    placed = script.dive->placed(placed, aspect);
+    placed.zoom = picture.camera.zoom;
+    placed.field_of_view = picture.camera.field_of_view;
     // The whole way in whole pictures, however long the film is to be.
     picture.camera =
-        script.dive->moved(script.dive->placed(picture.camera, aspect),
-                           time * script.rate / static_cast<double>(script.pictures()));
+        script.dive->moved(placed, time * script.rate / static_cast<double>(script.pictures()));
   }
   return view;
 }

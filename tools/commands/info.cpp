@@ -154,6 +154,16 @@ void describe_print(const TriangleMesh& mesh, const MeshReport& report,
        {"advice", advice}});
 }
 
+/// Measures, or says why that cannot be done: the rest of the answer holds all the same.
+template <class Measure>
+void measure_or_tell(const char* name, Answer& answer, const Measure& measure) {
+  try {
+    measure();
+  } catch (const InputError& error) {
+    answer.add(fmt::format("{:<13} not measured: {}", name, error.what()), name, nullptr);
+  }
+}
+
 Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   const auto [mesh, report] = read_and_inspect_mesh(arguments.file, stop);
   const Box box = mesh.box();
@@ -190,8 +200,10 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
     if (arguments.roughness) {
-      const Porosity porous = porosity(*device, mesh, 128, stop);
-      answer.add(porosity_text(porous), "porosity", to_json(porous));
+      measure_or_tell("porosity", answer, [&] {
+        const Porosity porous = porosity(*device, mesh, 128, stop);
+        answer.add(porosity_text(porous), "porosity", to_json(porous));
+      });
     }
   }
   if (arguments.printable) describe_print(mesh, report, arguments, stop, answer);
@@ -419,8 +431,10 @@ Answer map_info(const InfoArguments& arguments, const Session& session) {
       describe_precision(map, *device, session.stop(), answer);
     }
     if (arguments.roughness) {
-      const Roughness rough = roughness(*device, map, {}, {{}, session.stop()});
-      answer.add(roughness_text(rough), "roughness", to_json(rough));
+      measure_or_tell("roughness", answer, [&] {
+        const Roughness rough = roughness(*device, map, {}, {{}, session.stop()});
+        answer.add(roughness_text(rough), "roughness", to_json(rough));
+      });
     }
   }
   if (session.console.verbose()) answer.add("provenance    " + map.provenance.json().dump(2));
