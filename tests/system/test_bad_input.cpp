@@ -377,13 +377,14 @@ TEST_CASE("info tells what it cannot measure of a mesh, and the rest") {
   const std::string needle = folder.file(
       "needle.obj",
       "v 0 0 0\nv 1e-4 0 0\nv 0 1e-4 0\nv 0 0 10\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
-  const ProcessResult told =
-      run_command({"info", needle, "--measure-roughness", "--json", "--device", "cpu"});
+  const ProcessResult told = qjulia::test::run_command(
+      {"info", needle, "--measure-roughness", "--json", "--device", "cpu"});
   CAPTURE(told.err);
   REQUIRE(told.exit_code == 0);
   const auto json = nlohmann::json::parse(told.out);
   CHECK(json["porosity"].is_null());
   CHECK(json["triangles"] == 4);
-  CHECK_THAT(run_command({"info", needle, "--measure-roughness", "--device", "cpu"}).out,
-             ContainsSubstring("porosity      not measured: the mesh fills less than a cell"));
+  CHECK_THAT(
+      qjulia::test::run_command({"info", needle, "--measure-roughness", "--device", "cpu"}).out,
+      ContainsSubstring("porosity      not measured: the mesh fills less than a cell"));
 }
