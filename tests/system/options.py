@@ -331,7 +331,7 @@ RUNS = {
             {"--texture": lambda done, value: struct.pack(">II", int(value), int(value)) in done.path("m.glb").read_bytes()}),
         Run("f.qjulia.json", {"--output": "dust.glb", "--resolution": "32", "--drift": "0.9", "--scatter": "wind",
                               "--scatter-seconds": "0.5", "--scatter-distance": "2", "--scatter-seed": "3"},
-            {"--scatter": lambda done, value: b'"animations"' in done.path("dust.glb").read_bytes()}),
+            {"--scatter": lambda done, value: b'"children"' in done.path("dust.glb").read_bytes()}),
         Run("f.qjulia.json", {"--output": "h.3mf", "--resolution": "16", "--height": "40", "--flat-foot": "1",
                               "--shell": "4", "--drain": "2"},
             # Without the height there is no room for the shell, and without a shell none for a drain.
@@ -523,6 +523,7 @@ MANIFEST = {
     "picture": {"size": "16x12", "look": "gold"}, "report": True, "compare": [1, 3], "compare_resolution": 16}
 SECOND_FIT = {"mesh": "MESH", "name": "auto", "factors": "auto", "max_factors": 8, "max_evaluations": 2,
               "schedule": "fast"}
+FRAMES = {"sequence": "frame*.obj", "factors": 8, "max_evaluations": 20}
 
 
 def typed(words):
@@ -793,12 +794,15 @@ class Bench:
     def write_manifest(self):
         (self.folder / "broken.obj").write_text("v 0 0 0\n")
         third = {"mesh": "broken.obj"}
-        text = "".join(f"[[fit]]\n{toml_of(table, self.mesh)}" for table in (self.first_fit(), SECOND_FIT, third))
+        for number in (1, 2):
+            shutil.copy(self.mesh, self.folder / f"frame{number}.obj")
+        tables = (self.first_fit(), SECOND_FIT, FRAMES, third)
+        text = "".join(f"[[fit]]\n{toml_of(table, self.mesh)}" for table in tables)
         (self.folder / "m.toml").write_text(text)
         (self.folder / "x.toml").write_text('[[fit]]\nmesh = "broken.obj"\nzzz = 1\n')
         said = subprocess.run([self.program, "batch", "check", self.folder / "x.toml"], capture_output=True, text=True)
         names = re.search("the options of a fit are: (.+)", said.stderr).group(1).split(", ")
-        expect_same("a manifest", names, {**self.first_fit(), **SECOND_FIT})
+        expect_same("a manifest", names, {**self.first_fit(), **SECOND_FIT, **FRAMES})
 
     def first_fit(self):
         """A fit of a manifest with every key but max_factors."""
@@ -814,6 +818,8 @@ class Bench:
             for key, value in table.items():
                 if key in entry["settings"]:
                     check(entry["settings"][key] == value, f"a manifest's '{key}' is {entry['settings'][key]}")
+        second = json.loads((self.folder / "batch/frame2.status.json").read_text())
+        check(second["settings"]["schedule"] == "follow", "a sequence's second frame does not follow the first")
         for end in ("off", "png", "report.html"):
             check((self.folder / f"batch/all.{end}").exists(), f"a batch has not written all.{end}")
         picture = self.folder / "batch/all.png"
