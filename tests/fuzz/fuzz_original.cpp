@@ -4,6 +4,7 @@
 #include "original/original_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  return qjulia::test::fuzz_file(data, size, QJULIA_FUZZ_EXTENSION,
-                                 [](const auto& file) { qjulia::original::read_original(file).validate(); });
+  return qjulia::test::fuzz_file(data, size, QJULIA_FUZZ_EXTENSION, [](const auto& file) {
+    qjulia::original::read_original(file).validate();
+  });
 }

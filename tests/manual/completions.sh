@@ -3,6 +3,7 @@
 # usage: completions.sh FOLDER WORK_FOLDER
 set -euo pipefail
 folder=$1 work=$2
+built_in=$(basename -s .toml -a "$(dirname "$0")"/../../host/fit/schedules/*.toml)
 
 bash -n "$folder/qjulia.bash"
 zsh -n "$folder/_qjulia"
@@ -62,7 +63,7 @@ in_bash --programs qjulia doctor check --pro
 in_bash '' qjulia doctor --programs ''
 in_bash compare qjulia help profile com
 in_bash shapes qjulia batch status ''
-in_bash fast,list.toml,paper,shapes,tight qjulia fit --schedule ''
+in_bash "$(printf '%s\n' "$built_in" list.toml shapes | LC_ALL=C sort | paste -sd,)" qjulia fit --schedule ''
 in_bash '' qjulia render --size ''
 in_bash render qjulia help ren
 
