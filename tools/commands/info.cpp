@@ -200,7 +200,7 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
     if (arguments.roughness) {
-      measure_or_tell("porosity", answer, [&] {
+      measure_or_tell("porosity", answer, [&, &mesh = mesh] {
         const Porosity porous = porosity(*device, mesh, 128, stop);
         answer.add(porosity_text(porous), "porosity", to_json(porous));
       });

@@ -311,7 +311,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
     const MovingMesh moving = scattered(mesh, scatter, map.frame.up.value_or(kDefaultUp));
     write_moving_mesh(moving, arguments.output.path, about);
     written.flying = moving.bodies.size() - 1;
-    return measured(std::move(written), mesh);
+    return measured(written, mesh);
   }
   if (arguments.print.is_any()) {
     PrintOptions print = arguments.print;
@@ -340,7 +340,7 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   } else {
     write_mesh(mesh, arguments.output.path, about);
   }
-  return measured(std::move(written), mesh);
+  return measured(written, mesh);
 }
 
 Plan plan_surface(const SurfaceArguments& arguments) {
