@@ -18,6 +18,11 @@ CameraPose pose_of(const Camera& camera, int width, int height) {
   if (!camera.look_at) throw OptionError("look_at", "it is missing; give the point to look at");
   if (!camera.distance)
     throw OptionError("distance", "it is missing; give the distance to the eye");
+  if (picture::is_parallel(camera)) {
+    throw OptionError(
+        "field_of_view",
+        "parallel rays (0) have no place of the eye; give a number of degrees above 0");
+  }
   const picture::View view = picture::camera_view(camera, {}, width, height, 1);
   const picture::CameraAxes axes = picture::camera_axes(camera);
   CameraPose pose;

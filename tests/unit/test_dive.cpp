@@ -66,6 +66,8 @@ TEST_CASE("a portal brings the end of a dive to its beginning") {
   camera.look_at = Vector3d(1, 2, 3);
   CHECK(*dive.placed(camera, 1.5).distance == 7);
   CHECK(*dive.placed(camera, 1.5).look_at == Vector3d(1, 2, 3));
+  camera.field_of_view = 0;
+  CHECK_THROWS_WITH(dive.placed(camera, 1.5), ContainsSubstring("nothing comes nearer"));
 }
 
 TEST_CASE("portals that no camera can dive into are refused") {

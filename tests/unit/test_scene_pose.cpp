@@ -38,6 +38,9 @@ TEST_CASE("a camera's pose is where its rays come from") {
   const double narrowed = pose_of(camera, 320, 180).field_of_view;
   CHECK(4 * std::tan(narrowed / 2 * picture::kDegree) ==
         Catch::Approx(std::tan(15 * picture::kDegree)));
+  camera.field_of_view = 0;
+  CHECK_THROWS_AS(pose_of(camera, 320, 180), OptionError);
+  camera.field_of_view = 30;
   camera.distance.reset();
   CHECK_THROWS_AS(pose_of(camera, 320, 180), OptionError);
 }

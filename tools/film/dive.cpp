@@ -70,6 +70,11 @@ Dive::Dive(const Map& map, std::size_t portal, UpAxis up) : up_(direction(up)) {
 
 Camera Dive::placed(Camera camera, double aspect) const {
   constexpr double kAbove = 0.3;  // of half the picture's height
+  if (camera.field_of_view == 0) {
+    throw OptionError(
+        "field_of_view",
+        "with parallel rays (0) nothing comes nearer; give a number of degrees above 0");
+  }
   const double tangent = std::tan(0.5 * camera.field_of_view * kRadian) / camera.zoom;
   if (!camera.distance) {
     camera.distance = scale_ * room_ / (tangent * std::hypot(aspect, 1 + kAbove));

@@ -26,7 +26,8 @@ struct LampPose {
 };
 
 /// The pose of a camera that has `look_at` and `distance`, as those of `Studio::aimed` have.
-/// @throws OptionError for another camera, or for pictures without pixels
+/// @throws OptionError for another camera, for one with parallel rays, or for pictures without
+///   pixels
 CameraPose pose_of(const Camera& camera, int width, int height);
 
 /// The rig's lamps; an environment's sun is none of them. @throws OptionError
