@@ -190,7 +190,8 @@ std::vector<PictureSetting> camera_frame_settings() {
          .least = 0,
          .most = 120,
          .example = "40",
-         .help = "Degrees, vertical; 0 draws with parallel rays (orthographic), as large as at 30"},
+         .help = "Degrees, vertical, 1 to 120; 0 draws with parallel rays (orthographic), as large "
+                 "as at 30"},
         [](PictureOptions& p) -> ValuePlace { return &p.camera.field_of_view; }},
        true},
       {{{.name = "aperture",

@@ -116,6 +116,11 @@ void PictureOptions::validate() const {
                                              palette.stops.size(), Palette::kMostStops));
   }
   if (range) range->validate();
+  if (camera.field_of_view > 0 && camera.field_of_view < 1) {
+    throw OptionError(
+        "field_of_view",
+        fmt::format("{}; give 1 to 120 degrees, or 0 for parallel rays", camera.field_of_view));
+  }
   map::expect_box(camera.frame, "frame");
   for (const Cut& cut : cuts) cut.validate();
 }

@@ -116,8 +116,9 @@ std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& 
     std::string why = is_busy ? "cannot be judged now: other programs take the processors"
                               : "cannot be judged: its runs differ too much; give more repeats";
     if (limit != "fma" || !known_ceiling) return why;
-    return fmt::format("{}; {}, so the ceiling is {:.0f} %; {}", why, operations_text(*mix),
-                       100 * *known_ceiling, rest_of_loop(*mix));
+    return fmt::format("{}; {}, so the ceiling is {:.0f} %{}; {}", why, operations_text(*mix),
+                       100 * *known_ceiling, data_text(*mix, roofs, work.is_double),
+                       rest_of_loop(*mix));
   }
   if (limit == "memory") {
     const double rate = spent.seconds > 0 ? work.bytes / spent.seconds : 0;
@@ -140,8 +141,10 @@ std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& 
   // The trees of meshes count sums and comparisons as slots too (mesh/tree_walk.hpp).
   constexpr double kMoreThanSlots = 1.2;
   if (share && *share > kMoreThanSlots * ceiling) {
-    return fmt::format("vector operations that its slots count besides: {}, {}; {}",
-                       operations_text(*mix), reached, rest_of_loop(*mix));
+    return fmt::format(
+        "not explained: {}, which would allow {:.0f} %, and {}: its count of slots has "
+        "more than these operations; {}",
+        operations_text(*mix), 100 * ceiling, reached, rest_of_loop(*mix));
   }
   const bool waits = share && *share < kAtCeiling * ceiling;
   const char* const what = waits                       ? "waiting, for data or earlier results"

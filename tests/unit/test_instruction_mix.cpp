@@ -132,7 +132,7 @@ TEST_CASE("what limits a kernel is named with its ceiling") {
   // 208 multiply-adds take 2.08 ns; 320 bytes take 0.8 ns of L2, 6.4 of L3 and 32 of memory.
   CHECK_THAT(said(0.3), ContainsSubstring("waiting, for data or earlier results") &&
                             ContainsSubstring("100 % from L2, 32 % from L3, 6 % from memory"));
-  CHECK_THAT(said(0.9), ContainsSubstring("slots count besides"));
+  CHECK_THAT(said(0.9), ContainsSubstring("more than these operations"));
   mix.loads = 50;  // 2 loads a multiply-add: 13 take as long as 26 loads
   CHECK(load_ceiling(mix, roofs(), false) == Catch::Approx(0.52));
   CHECK_THAT(said(0.5), ContainsSubstring("loads and stores: 13 of 23") &&

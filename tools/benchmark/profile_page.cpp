@@ -99,7 +99,7 @@ std::string changes(const std::vector<NamedProfile>& profiles) {
     }
     items +=
         fmt::format("<li>from {} to {}: {}</li>\n", i, i + 1,
-                    changed.empty() ? std::string("nothing that reports tell")
+                    changed.empty() ? std::string("nothing that the reports record")
                                     : html::escaped(fmt::format("{}", fmt::join(changed, "; "))));
   }
   return items.empty() ? "<p>One report alone.</p>\n" : "<ul>\n" + items + "</ul>\n";

@@ -45,8 +45,8 @@ struct Camera {
   double azimuth = 30;    ///< degrees about the up axis
   double elevation = 15;  ///< degrees above the horizon
   double zoom = 1;        ///< 1 shows the whole set, 2 half of it
-  /// Degrees, vertical. 0: rays are parallel, so that nothing is smaller for being farther away;
-  /// the picture is as large as one of 30 degrees at the same distance.
+  /// Degrees, vertical, 1 … 120. 0: rays are parallel, so that nothing is smaller for being farther
+  /// away; the picture is as large as one of 30 degrees at the same distance.
   double field_of_view = 30;
   /// How the shape stands. By default as the map says, else `kDefaultUp`; a mesh as `guess_up`
   /// says.
