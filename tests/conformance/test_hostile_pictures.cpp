@@ -45,7 +45,8 @@ TEST_CASE("hostile numbers of pictures are refused by name") {
     option(std::isfinite(x), "azimuth", [&](auto& o) { o.camera.azimuth = x; });
     option(is_within(x, -90, 90), "elevation", [&](auto& o) { o.camera.elevation = x; });
     option(is_within(x, 0.01, 1000), "zoom", [&](auto& o) { o.camera.zoom = x; });
-    option(x == 0 || is_within(x, 1, 120), "field_of_view", [&](auto& o) { o.camera.field_of_view = x; });
+    option(x == 0 || is_within(x, 1, 120), "field_of_view",
+           [&](auto& o) { o.camera.field_of_view = x; });
     option(is_unit, "aperture", [&](auto& o) { o.camera.aperture = x; });
     option(is_within(x, -90, 90), "lamp", [&](auto& o) { o.light.lamps = {{.elevation = x}}; });
     option(std::isfinite(x), "lamp", [&](auto& o) { o.light.lamps = {{.azimuth = x}}; });
