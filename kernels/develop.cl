@@ -126,7 +126,10 @@ kernel void pixel_radiance(qj_strip_arguments strip, global const real* restrict
                            QJ_ENVIRONMENT_WIDTH, QJ_ENVIRONMENT_HEIGHT, around_place(scene, n));
     }
     real3 to_center = real3_at(scene + QJ_SCENE_CENTER) - eye;
-    real behind = t / scene[QJ_SCENE_RADIUS] - length(to_center) / scene[QJ_SCENE_RADIUS] + 1;
+    real3 turn = real3_at(view + QJ_VIEW_DIR_DX);
+    // From a plane where rays are parallel, else from the eye.
+    real middle = dot(turn, turn) > 0 ? length(to_center) : dot(to_center, direction);
+    real behind = (t - middle) / scene[QJ_SCENE_RADIUS] + 1;
     real left = exp(scene[QJ_SCENE_FOG] * fmax(behind, (real)0));
     real weight = left / (real)(samples * samples);
     real3 of_sky = sent_of_sky(m, n, -direction, open, open_sky, scene, around, table);

@@ -1,7 +1,7 @@
 #pragma once
 /// The list of mesh formats: FORMAT(name, extension, uses) for each, in the order of lists for
-/// people. `uses` are the words of host/base/file_types.cpp; `shape::name_format()` is how files of
-/// the format are recognised, read and written.
+/// people. `uses` combines the flags of host/base/file_types.cpp; `shape::obj_format()`, and so on
+/// for each name, says how files of the format are recognised, read and written.
 
 #define QJULIA_MESH_FORMATS(FORMAT)                        \
   FORMAT(obj, ".obj", kRead | kWrite | kPaint | kNote)     \

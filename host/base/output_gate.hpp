@@ -5,8 +5,8 @@
 
 namespace qjulia::base {
 
-/// While it lives, `pass` is called before each file that the thread writes gets its name. What it
-/// throws leaves the file as it was.
+/// While it lives, `pass` is called before any file that this thread writes replaces its target. If
+/// it throws, the target stays as it was.
 class OutputGate {
  public:
   explicit OutputGate(std::function<void()> pass);

@@ -188,7 +188,8 @@ struct Trace::Lines {
   std::string launches_after(const Launch& launch, bool is_more, std::int64_t at) {
     const Row row = trace.events_[launch.event].row;
     std::size_t& now = depth.at(static_cast<std::size_t>(row));
-    now = is_more ? now + 1 : now - 1;
+    // Some drivers say that a kernel ended before its call.
+    now = is_more ? now + 1 : now - std::min<std::size_t>(now, 1);
     return counter(row, "launches in the queue", "launches", at, now);
   }
 

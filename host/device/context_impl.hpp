@@ -56,16 +56,18 @@ class QueueNumber {
 
 /// How many bytes a context's buffers take. It outlives the context where a buffer does.
 struct AllocatedBytes {
-  std::size_t now = 0, peak = 0;
-  std::shared_ptr<Trace> trace{};  ///< that is told of changes; null: none is
+  /// Buffers may end in any thread.
+  std::atomic<std::size_t> now = 0, peak = 0;
+  std::shared_ptr<Trace> trace{};  ///< records changes; null: none is kept
   Trace::Row row = Trace::Row::device;
 
   void add(std::size_t bytes) {
-    now += bytes;
-    peak = std::max(peak, now);
+    const std::size_t all = now += bytes;
+    std::size_t most = peak;
+    while (most < all && !peak.compare_exchange_weak(most, all)) continue;
     tell();
   }
-  /// Where the trace has no room for it, a change less is in it.
+  /// If memory runs out, the trace lacks this change.
   void remove(std::size_t bytes) noexcept {
     now -= bytes;
     try {

@@ -31,8 +31,8 @@ Memory Context::allocate_bytes(std::size_t bytes) {
   const std::string call = fmt::format("allocating {} bytes", bytes);
   impl_->expect_own_process(call);
   if (bytes > impl_->info.largest_allocation) impl_->expect(CL_INVALID_BUFFER_SIZE, call);
-  if (bytes > impl_->info.global_memory -
-                  std::min<std::uint64_t>(impl_->allocated->now, impl_->info.global_memory)) {
+  if (bytes > impl_->info.global_memory - std::min<std::uint64_t>(impl_->allocated->now.load(),
+                                                                  impl_->info.global_memory)) {
     impl_->expect(CL_MEM_OBJECT_ALLOCATION_FAILURE, call);
   }
   Memory memory;
@@ -52,7 +52,9 @@ Memory Context::allocate_bytes(std::size_t bytes) {
 
 std::size_t Context::peak_allocated_bytes() const { return impl_->allocated->peak; }
 
-void Context::reset_peak_allocated_bytes() { impl_->allocated->peak = impl_->allocated->now; }
+void Context::reset_peak_allocated_bytes() {
+  impl_->allocated->peak = impl_->allocated->now.load();
+}
 
 RealBuffer Context::allocate_real(std::size_t count, Precision precision) {
   return {allocate_bytes(count * real_bytes(precision)), precision};

@@ -28,7 +28,8 @@ struct MeshFormat {
   std::string_view extension{};  ///< of `QJULIA_MESH_FORMATS`
   /// What a file that `looks_like` this format seems to be, as in "a .ply file".
   std::string_view seems{};
-  /// Whether a file that begins so has this format. Null: it is not read.
+  /// Whether a file with this beginning seems to have this format; the first format of the list
+  /// that says so is taken. Null: it is not read.
   bool (*looks_like)(std::string_view head) = nullptr;
   bool may_be_another = false;        ///< a file that looks like this may hold no mesh
   bool begins_with_anything = false;  ///< a file that looks like another may have this format
@@ -41,7 +42,8 @@ struct MeshFormat {
   bool has_texture = false;    ///< written with pictures
 };
 
-/// obj_format() and the like: each stands in the format's own file.
+/// obj_format() and so on. Each stands beside the format's writer, or its reader where none is
+/// written.
 #define QJULIA_FORMAT(name, ending, uses) MeshFormat name##_format();
 QJULIA_MESH_FORMATS(QJULIA_FORMAT)
 #undef QJULIA_FORMAT

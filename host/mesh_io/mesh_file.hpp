@@ -87,7 +87,7 @@ class FaceList {
 /// @param share where not null, FaceList::shares are read too: the vertices' property of that name,
 ///   or where it is empty, the brightness of their colors.
 FaceList read_ply(const MeshFile& file, const std::string* share);
-/// Both find no shares.
+/// These formats hold no shares, so that `share` is ignored.
 FaceList read_gltf(const MeshFile& file, const std::string* share);
 FaceList read_3mf(const MeshFile& file, const std::string* share);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -24,8 +25,7 @@ std::vector<std::vector<std::size_t>> triangles_of_bodies(const TriangleMesh& me
   const shape::Objects objects = shape::objects_of(mesh);
   std::vector<std::vector<std::size_t>> bodies(objects.count);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (objects.of_triangle(t) != shape::Objects::kNone)
-      bodies[objects.of_triangle(t)].push_back(t);
+    bodies[objects.of_triangle(t)].push_back(t);
   }
   return bodies;
 }
@@ -72,11 +72,12 @@ struct Scattering {
   double lateness(const Eigen::Vector3d& place) const {
     const Eigen::Vector3d from_middle = place - box.center();
     const auto along = [&](const Eigen::Vector3d& axis) {
-      return 0.5 + from_middle.dot(axis) / std::abs(box.size().dot(axis));
+      const double extent = box.size().dot(axis.cwiseAbs());
+      return extent > 0 ? 0.5 + from_middle.dot(axis) / extent : 0.5;
     };
     switch (options.field) {
       case ScatterField::outward:
-        return 1 - from_middle.norm() / (box.size().norm() / 2);
+        return length() > 0 ? 1 - from_middle.norm() / (box.size().norm() / 2) : 0.5;
       case ScatterField::wind:
         return 1 - along(wind);  // the lee side first: nothing is in its way
       case ScatterField::gravity:
@@ -168,13 +169,25 @@ void ScatterOptions::validate() const {
 
 void MovingMesh::validate() const {
   base::expect_positive("rate", rate);
-  if (moments == 0) throw InputError("a moving mesh has one moment or more");
+  if (moments == 0) throw InputError("the moving mesh has no moments; give it at least one");
+  std::size_t vertices = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const MovingBody& body = bodies[i];
     body.mesh.validate();
+    vertices += body.mesh.vertices.size();
+    const TriangleMesh& first = bodies.front().mesh;
+    if (body.mesh.normals.empty() != first.normals.empty() ||
+        body.mesh.colors.empty() != first.colors.empty()) {
+      throw InputError(
+          fmt::format("body {} has normals or colors where body 0 has none, or has none where body "
+                      "0 has them; give all bodies the same",
+                      i));
+    }
     if (body.poses.size() != 1 && body.poses.size() != moments) {
-      throw InputError(fmt::format("body {} has {} poses for {} moments; give one for each, or one",
-                                   i, body.poses.size(), moments));
+      throw InputError(
+          fmt::format("body {} has {} poses for {} moments; give one for each moment, or a "
+                      "single one for a body that stays still",
+                      i, body.poses.size(), moments));
     }
     for (const BodyPose& pose : body.poses) {
       constexpr double kTolerance = 1e-6;
@@ -183,6 +196,9 @@ void MovingMesh::validate() const {
       throw InputError(fmt::format(
           "body {} has a pose whose place is not finite or whose turn is not of length 1", i));
     }
+  }
+  if (vertices > std::numeric_limits<std::uint32_t>::max()) {
+    throw InputError(fmt::format("its bodies have {} vertices, more than a mesh can", vertices));
   }
 }
 
@@ -221,6 +237,13 @@ MovingMesh scattered(const TriangleMesh& mesh, const ScatterOptions& options, Up
     moving.bodies.push_back(body_of(mesh, triangles, numbers));
   }
   if (moving.bodies.empty()) return moving;
+  constexpr std::size_t kMostPoses = 20'000'000;  // a gigabyte of them
+  if (moving.bodies.size() > kMostPoses / moving.moments) {
+    throw InputError(
+        fmt::format("{} bodies in {} moments are more than {} poses; give fewer seconds, or leave "
+                    "small bodies out",
+                    moving.bodies.size(), moving.moments, kMostPoses));
+  }
   const auto largest = std::ranges::max_element(
       moving.bodies, {}, [](const MovingBody& body) { return signed_volume(body.mesh); });
   std::rotate(moving.bodies.begin(), largest, largest + 1);

@@ -142,9 +142,10 @@ std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& 
   constexpr double kMoreThanSlots = 1.2;
   if (share && *share > kMoreThanSlots * ceiling) {
     return fmt::format(
-        "not explained: {}, which would allow {:.0f} %, and {}: its count of slots has "
-        "more than these operations; {}",
-        operations_text(*mix), 100 * ceiling, reached, rest_of_loop(*mix));
+        "not explained: {}, though {}, which would allow {:.0f} % only; the kernel's count of "
+        "slots "
+        "has more than these operations; {}",
+        reached, operations_text(*mix), 100 * ceiling, rest_of_loop(*mix));
   }
   const bool waits = share && *share < kAtCeiling * ceiling;
   const char* const what = waits                       ? "waiting, for data or earlier results"

@@ -52,7 +52,7 @@ class BufferField:
         self._core = _core.BufferField(map._core, device._core, options)
 
     def stride(self, count):
-        """Reals of an array of `count` points: the least multiple of the lanes not below it."""
+        """The length of an array for `count` points: `count`, rounded up to a multiple of the lane width."""
         return self._core.stride(count)
 
     def at(self, points, count, field, *, n=1):
@@ -66,8 +66,8 @@ class BufferField:
         field : pyopencl.Buffer
             One array.
         n : int, optional
-            Iterations, 1 (the default) to 16. On a device that also draws a display, keep points x
-            factors x n to some tenths of a second.
+            Iterations, 1 (the default) to 16. On a device that also draws a display, choose
+            points x factors x n so that a call takes a few tenths of a second.
 
         Raises
         ------
@@ -87,5 +87,5 @@ class BufferField:
 
 
 def _address(buffer, argument):
-    """Pools of buffers have classes of their own."""
+    """The address of a buffer. Those of pools count too, and so the base class is asked for."""
     return address_of(buffer, "MemoryObjectHolder", argument)

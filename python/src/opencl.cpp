@@ -47,6 +47,15 @@ class PythonBufferField {
     field_ = std::make_unique<const BufferField>(device_.device, map.map, precision, stops);
   }
 
+  /// Without Python's lock: the device's queue may wait for what another thread of Python sets.
+  ~PythonBufferField() {
+    const Unlocked unlocked;
+    const OpenDevice last = std::move(device_);
+    field_.reset();
+  }
+  PythonBufferField(const PythonBufferField&) = delete;
+  PythonBufferField& operator=(const PythonBufferField&) = delete;
+
   std::size_t stride(const py::object& given) const { return field_->stride(count_of(given)); }
 
   void at(Address points, const py::object& given, const py::object& n, Address field) const {
@@ -66,7 +75,7 @@ class PythonBufferField {
   }
 
  private:
-  /// At most 2³¹, so that its stride is a number too. The library asks for less.
+  /// At most 2³¹, so that the stride cannot overflow; the library refuses counts that large.
   static std::size_t count_of(const py::object& given) {
     std::uint64_t count = 0;
     read(given, "count", count);

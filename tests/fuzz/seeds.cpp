@@ -1,5 +1,5 @@
 // Hands each fuzzed reader its seeds: `fuzz_seeds FOLDER` takes every file of FOLDER/NAME, whole
-// and cut in the middle. What a reader must not do ends the program.
+// and cut in the middle. The program aborts where a reader breaks one of its rules.
 
 #include <cstdint>
 #include <cstdio>
@@ -16,7 +16,7 @@ namespace {
 
 using Fuzzed = int (*)(const std::uint8_t* data, std::size_t size);
 
-/// Whether there are any.
+/// @return whether the folder has seeds
 bool take_seeds(Fuzzed fuzzed, const std::filesystem::path& folder) {
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {

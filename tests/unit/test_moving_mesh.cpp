@@ -162,4 +162,18 @@ TEST_CASE("what cannot move is refused") {
   CHECK_THROWS_WITH(moving.validate(), ContainsSubstring("body 2 has 24 poses for 25 moments"));
   moving.bodies[2].poses = {{Eigen::Vector3d::Zero(), Eigen::Quaterniond(2, 0, 0, 0)}};
   CHECK_THROWS_WITH(moving.validate(), ContainsSubstring("not of length 1"));
+  moving = scattered(ball_and_crumbs(), {.seconds = 1});
+  moving.bodies[1].mesh.colors.assign(moving.bodies[1].mesh.vertices.size(), {1, 2, 3});
+  CHECK_THROWS_WITH(mesh_at(moving, 0), ContainsSubstring("body 1 has normals or colors"));
+  moving.moments = 0;
+  CHECK_THROWS_WITH(moving.validate(), ContainsSubstring("give it at least one"));
+}
+
+TEST_CASE("bodies that lie in a plane across the wind fly all the same") {
+  TriangleMesh flat = shapes::joined(shapes::moved(shapes::sphere(1, 0.1), 1, {0, 0, 1}),
+                                     shapes::moved(shapes::sphere(1, 0.2), 1, {0, 0, -1}));
+  for (Eigen::Vector3d& x : flat.vertices) x.x() = 0;
+  const MovingMesh moving = scattered(flat, {.field = ScatterField::wind, .seconds = 1});
+  REQUIRE(moving.bodies.size() == 2);
+  CHECK((end_of(moving.bodies[1]) - start_of(moving.bodies[1])).norm() > 0.1);
 }

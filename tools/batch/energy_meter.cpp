@@ -68,6 +68,8 @@ void EnergyMeter::share_out() {
     is_known = is_known && now && before;
     if (!is_known) continue;
     const std::uint64_t over = *now < *before ? counters_[i].range : 0;
+    if (*now < *before && over == 0) is_known = false;  // a driver that was loaded again
+    if (!is_known) continue;
     microjoules += static_cast<double>(*now + over - *before);
   }
   for (auto& [account, joules] : joules_) {

@@ -17,7 +17,8 @@ struct EnergyCounter {
   std::uint64_t range = 0;  ///< above it, it begins again at 0; 0: it does not
 };
 
-/// Those of the processors' packages that this user may read (intel-rapl, which AMD's have too).
+/// The energy counters of processor packages that this user may read (Linux's intel-rapl, which
+/// processors of AMD have too).
 std::vector<EnergyCounter> cpu_energy_counters(
     const std::filesystem::path& powercap = "/sys/class/powercap");
 
@@ -38,8 +39,8 @@ class EnergyMeter {
     Account(const Account&) = delete;
     Account& operator=(const Account&) = delete;
 
-    /// Joules since it was made; none where a counter could not be read. To be called more often
-    /// than counters begin again, which they do after some minutes.
+    /// Joules since it was made; none where a counter could not be read. Call it more often than
+    /// counters begin again at 0, which they do after some minutes.
     std::optional<double> joules();
 
    private:

@@ -105,7 +105,7 @@ void Queue::leave(std::size_t runner) noexcept {
   tell();
 }
 
-bool Queue::is_heard() const { return since_boot() - last_round_ < ranks_->patience() / 2; }
+bool Queue::is_heard() const { return since_boot() - last_sent_ < ranks_->patience() / 2; }
 
 void Queue::expect_own_entries() {
   // Nobody gives rank 0 up and does its entries.
@@ -113,7 +113,7 @@ void Queue::expect_own_entries() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return has_failed_ || is_heard(); });
   if (!has_failed_) return;
-  throw Error("this rank is given up, and others do its entries: it writes no more of their files");
+  throw Error("this rank has left the batch; it writes no more files");
 }
 
 void Queue::run() {
@@ -125,8 +125,11 @@ void Queue::run() {
     }
     bool is_runner_left = true;
     while (is_runner_left) {
-      const auto messages = exchange(message());
-      replay(messages);
+      const RoundMessage mine = message();
+      // Before this rank is heard: a stop after that must not look as if it were shorter.
+      const auto sent = since_boot();
+      const auto messages = exchange(mine);
+      replay(messages, sent);
       is_runner_left =
           std::ranges::any_of(messages, [](const auto& m) { return m && m->runners > 0; });
     }
@@ -162,11 +165,11 @@ Queue::Messages Queue::exchange(const RoundMessage& mine) {
   return messages;
 }
 
-void Queue::replay(const Messages& messages) {
+void Queue::replay(const Messages& messages, std::chrono::nanoseconds sent) {
   std::vector<Settled> settled;
   std::vector<LostRank> lost;
   std::unique_lock lock(mutex_);
-  last_round_ = since_boot();
+  last_sent_ = sent;
   bool are_ready = true;
   for (std::size_t rank = 0; rank < messages.size(); ++rank) {
     if (messages[rank] && messages[rank]->is_ready) ready_.insert(rank);

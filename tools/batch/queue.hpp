@@ -42,9 +42,9 @@ class Queue {
         std::size_t runners, std::function<void(const Settled&)> observe_settled,
         std::function<void(const LostRank&)> observe_lost = {});
 
-  /// The next entry, this runner's alone until it is put back. One that follows another comes after
-  /// that is settled. Waits while entries are in other
-  /// hands, which may give them back. Nothing when all are settled, a stop is requested, or `run`
+  /// The next entry, this runner's alone until it is put back. An entry that follows
+  /// another is handed out once that one is settled. Waits while entries are in other hands, which
+  /// may give them back. Nothing when all are settled, a stop is requested, or `run`
   /// has failed.
   /// @param last_choice entries taken only when there are no others.
   std::optional<std::size_t> next(std::size_t runner, const std::set<std::size_t>& last_choice,
@@ -53,8 +53,8 @@ class Queue {
   /// Writes the status down and hands the entry on: settled when done or failed, else open again.
   void put_back(std::size_t runner, std::size_t index, const EntryStatus& status);
 
-  /// Waits until the other ranks have heard of this one so lately that they cannot have given it up
-  /// yet: a process that was stopped, and goes on, must not write over what others have done
+  /// Waits until this rank has sent a message so recently that the others cannot have given it up:
+  /// a process that was stopped, and goes on, must not write over what others have done
   /// meanwhile. Runners call it before each file gets its name; a stop between this and the file's
   /// new name, some microseconds, stays unnoticed.
   /// @throws Error where this rank is given up, or rank 0 is lost.
@@ -85,7 +85,8 @@ class Queue {
   /// waited long enough.
   RoundMessage message();
   Messages exchange(const RoundMessage& mine);
-  void replay(const Messages& messages);
+  /// @param sent when this rank sent its own message, by the clock of `since_boot`
+  void replay(const Messages& messages, std::chrono::nanoseconds sent);
   /// Opens the entries of a rank that is lost for the first time.
   std::optional<LostRank> give_up(std::size_t rank);
   /// Notes the places of entries that a rank has put back. @return those that are settled.
@@ -118,7 +119,7 @@ class Queue {
   std::set<std::size_t> ready_;                   ///< ranks: see `RoundMessage::is_ready`
   bool is_ready_;                                 ///< this rank
   std::exception_ptr not_ready_;                  ///< why it will never be
-  std::chrono::nanoseconds last_round_{};         ///< its end, by the clock of `since_boot`
+  std::chrono::nanoseconds last_sent_{};          ///< `sent` of the last round
   std::map<std::size_t, Request> requests_;       ///< by runner
   std::vector<std::optional<std::size_t>> held_;  ///< entries, by runner
   bool has_failed_ = false;                       ///< `run` has

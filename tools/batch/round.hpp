@@ -22,7 +22,7 @@ class BatchRanks {
   /// not called this for so long that the others have given it up. It stays lost.
   /// @throws Error on a rank that was given up itself, and where rank 0 is lost.
   virtual std::vector<std::optional<std::string>> exchange(const std::string& mine) = 0;
-  /// How long that is, at least.
+  /// The shortest silence after which a rank is given up.
   virtual std::chrono::milliseconds patience() const = 0;
 
  protected:

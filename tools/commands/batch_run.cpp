@@ -344,7 +344,8 @@ void describe_batch(Command command, BatchArguments& a) {
       .offers_files({".jsonl"});
   command
       .file("--prometheus", a.metrics, "FILE.prom",
-            "Also keep states, seconds, memory and energies of entries in a file of metrics, for "
+            "Also keep states, seconds, memory, joules and energies of fits of entries in a file "
+            "of metrics, for "
             "the textfile collector of Prometheus's node exporter. Shard I of N writes "
             "FILE-I-of-N.prom")
       .offers_files({".prom"});

@@ -7,7 +7,7 @@
 
 #include "base/output_file.hpp"
 #include "commands/film_commands.hpp"
-#include "commands/film_script.hpp"
+#include "commands/film_templates.hpp"
 
 namespace qjulia::tools {
 namespace {

@@ -22,21 +22,12 @@ struct SceneArguments {
   double seconds = 0;
 };
 
-struct ScenePlan : Plan {
-  FilmScript script;
-};
-
-ScenePlan plan_scene(const SceneArguments& arguments) {
-  ScenePlan plan;
-  plan.script = read_film_script(arguments.script, arguments.seconds);
-  static_cast<void>(plan.script.views(plan.script.base()));
-  plan.inputs = {arguments.script, plan.script.input};
-  plan.further_inputs = plan.script.files();
-  plan.outputs = {output_named("--output", arguments.output, {".glb", ".usda"})};
-  return plan;
+ScriptPlan plan_scene(const SceneArguments& arguments) {
+  return script_plan(arguments.script, arguments.seconds,
+                     output_named("--output", arguments.output, {".glb", ".usda"}));
 }
 
-int run_scene(const SceneArguments& arguments, const ScenePlan& plan, Session& session) {
+int run_scene(const SceneArguments& arguments, const ScriptPlan& plan, Session& session) {
   const FilmScript& script = plan.script;
   const View base = script.base();
   std::vector<View> views = script.views(base);

@@ -11,6 +11,7 @@
 #include "describe/view_options.hpp"
 #include "film/dive.hpp"
 #include "film/track.hpp"
+#include "jobs/command.hpp"
 
 namespace qjulia::tools {
 
@@ -49,8 +50,10 @@ struct FilmScript {
 ///   the script's. @throws InputError naming file, line and what to do
 FilmScript read_film_script(const std::filesystem::path& file, double seconds);
 
-/// A commented script to begin with. @param name one of `film_template_names`
-std::string film_template(const std::string& name);
-std::vector<std::string> film_template_names();
+/// The script of a command that writes one file of it.
+struct ScriptPlan : Plan {
+  FilmScript script;
+};
+ScriptPlan script_plan(const std::string& file, double seconds, base::Output output);
 
 }  // namespace qjulia::tools

@@ -24,21 +24,12 @@ struct SheetArguments {
   int pictures = 12;
 };
 
-struct SheetPlan : Plan {
-  FilmScript script;
-};
-
-SheetPlan plan_sheet(const SheetArguments& arguments) {
-  SheetPlan plan;
-  plan.script = read_film_script(arguments.script, arguments.seconds);
-  static_cast<void>(plan.script.views(plan.script.base()));
-  plan.inputs = {arguments.script, plan.script.input};
-  plan.further_inputs = plan.script.files();
-  plan.outputs = {output_named("--output", arguments.output, {".png"})};
-  return plan;
+ScriptPlan plan_sheet(const SheetArguments& arguments) {
+  return script_plan(arguments.script, arguments.seconds,
+                     output_named("--output", arguments.output, {".png"}));
 }
 
-int run_sheet(const SheetArguments& arguments, const SheetPlan& plan, Session& session) {
+int run_sheet(const SheetArguments& arguments, const ScriptPlan& plan, Session& session) {
   constexpr int kWidest = 320;  // pixels
   const FilmScript& script = plan.script;
   View base = script.base();

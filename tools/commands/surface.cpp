@@ -157,8 +157,9 @@ const std::map<std::string, ScatterField>& scatter_fields() {
   return all;
 }
 
-/// @throws InputError where the file cannot hold bodies that move, or what else is asked for has
-///   none
+/// @throws InputError where the file cannot hold bodies that move, or where another option needs a
+/// mesh
+///   that stands still
 void check_scatter(const SurfaceArguments& arguments) {
   if (!arguments.scatters) return;
   arguments.scatter.validate();
@@ -167,10 +168,11 @@ void check_scatter(const SurfaceArguments& arguments) {
     throw InputError(
         fmt::format("--scatter: {} files hold nothing that moves; write .glb or .usda", extension));
   }
-  if (!arguments.selection.cuts.empty() || arguments.print.is_any() || arguments.texture) {
+  if (!arguments.selection.cuts.empty() || arguments.print.is_any() || arguments.texture ||
+      arguments.selection.largest_component) {
     throw InputError(
-        "--scatter moves the set's bodies as they are; leave --cut, --texture and the options of "
-        "prints out");
+        "--scatter moves the set's bodies as they are; leave --cut, --texture, --largest-component "
+        "and the options of prints out");
   }
 }
 
@@ -409,7 +411,7 @@ int run_surface(const SurfaceArguments& given, const Plan& /*plan*/, Session& se
   session.report_kernels(device);
   const double seconds = session.seconds();
   if (arguments.scatters) {
-    stands += fmt::format("\n{} bodies fly, and the largest stays", written.flying);
+    stands += fmt::format("\nbodies that fly: {}; the largest stays", written.flying);
   }
   nlohmann::json print;
   if (arguments.print.is_any()) print = print_json(written.print, arguments.print);
@@ -506,7 +508,8 @@ void describe_surface(Command command, SurfaceArguments& a) {
               [&a](const std::string& word) {
                 const auto found = scatter_fields().find(word);
                 if (found == scatter_fields().end()) {
-                  throw InputError("'" + word + "' is none; give outward, wind or gravity");
+                  throw InputError("'" + word +
+                                   "' is no way to fly; give outward, wind or gravity");
                 }
                 a.scatters = found->second;
               },
@@ -525,7 +528,7 @@ void describe_surface(Command command, SurfaceArguments& a) {
       .needs(scatter);
   command
       .add("--scatter-seed", &a.scatter.seed, "SEED",
-           "Of when parts set off, how far they fly and how they turn")
+           "Seed of when parts set off, how far they fly and how they turn")
       .needs(scatter);
   const std::string upright =
       "In " + types_that([](const auto& path) { return format_up(path).has_value(); }) +

@@ -27,7 +27,7 @@ struct MovingMesh {
   double rate = 24;         ///< moments a second
   std::size_t moments = 1;  ///< 1 or more
   /// @throws InputError naming the body: a mesh that is none, too few or too many poses, numbers
-  ///   that are not finite, turns whose length is not 1
+  ///   that are not finite, turns whose length is not 1, normals or colors that other bodies lack
   void validate() const;
 };
 
@@ -52,9 +52,10 @@ struct ScatterOptions {
 
 /// The mesh with its bodies, connected parts together with their cavities, on their ways. The body
 /// of the largest volume stands still and comes first; at the first moment all are where they are
-/// in the mesh. Those that the field reaches first set off first; all have set off after half of
-/// the time.
-/// @throws InputError for a mesh that is none, or whose coordinates are too large to add
+/// in the mesh. Outer bodies set off first, with `wind` those on the lee side, and with `gravity`
+/// the lowest; all have set off after half of the time.
+/// @throws InputError for a mesh that is none, whose coordinates are too large to add, or which has
+///   too many bodies for so many seconds
 MovingMesh scattered(const TriangleMesh& mesh, const ScatterOptions& options,
                      UpAxis up = kDefaultUp);
 

@@ -9,7 +9,7 @@
 
 namespace qjulia {
 
-/// A camera without zoom.
+/// A camera whose zoom is part of its field of view.
 struct CameraPose {
   Eigen::Vector3d eye;  ///< shape units
   /// Columns: to the right, up, and from what is seen to the eye.
