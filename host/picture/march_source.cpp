@@ -77,6 +77,9 @@ constexpr double kPixelsAPlace = 1.5, kFinest = 16;
 /// The least first step of a ray that a pixel's depth gives a hint for, pixels: in close-ups the
 /// shortest step is much longer, and would have to be bisected.
 constexpr double kFirstStep = 4;
+/// Of so many pixels along each side of a block, one ray goes all the way. Their pictures are as
+/// near to ones of four times finer steps as those of pixels that all do.
+constexpr int kPixelBlock = 3;
 /// Points that lie more than so many cells behind the surface in the band's grid are out of sight.
 constexpr double kHiddenCells = 4;
 
@@ -148,13 +151,13 @@ class MarchSource : public DepthSource {
     if (grid_.is_empty()) return no_hits(view, rows);
     leave_out_loose(view);
     if (view.coarse_will_do) return grid_.depths(view, first_row, rows);
-    if (view.samples == 1) return march_rows(view, first_row, rows);
+    if (view.samples == 1) return pixel_rows(view, first_row, rows);
     // One ray a pixel shows where a pixel's samples need rays of their own.
-    const View coarse = view.coarse();
-    const int from = std::max(0, first_row / view.samples - 1);
-    const int to = std::min(coarse.rows, (first_row + rows - 1) / view.samples + 2);
-    const DepthGrid pixels{coarse.columns, to - from, march_rows(coarse, from, to - from)};
-    return refine(view, first_row, rows, from, pixels);
+    const View pixels = view.coarse();
+    const CoarseRows around = coarse_rows(view.samples, pixels.rows, first_row, rows);
+    const DepthGrid found{pixels.columns, around.count,
+                          pixel_rows(pixels, around.first, around.count)};
+    return refine(view, first_row, rows, {found, around.first, view.samples}, Smooth::interpolated);
   }
 
   void prepare(const View& view) override {
@@ -221,7 +224,6 @@ class MarchSource : public DepthSource {
                             const std::vector<LightRay>& asked) override {
     if (asked.empty()) return {};  // of an empty set there is nothing to look up
     View view = light;
-    view.footprint = seen_by.footprint;
     view.tolerance = seen_by.tolerance;
     std::vector<Ray> rays;
     rays.reserve(asked.size());
@@ -270,12 +272,14 @@ class MarchSource : public DepthSource {
   struct Served {
     const surface::ImageLattice& lattice;
     int tabled;
+    double footprint;  ///< of a ray: what is finer than this is not seen
   };
   /// What serves the view's rays.
   Served served(const View& view) {
     const surface::ImageLattice& lattice = lattice_for(view);
     const bool is_own = close_up_ && &lattice == &close_up_->lattice;
-    return {lattice, is_own ? close_up_->tabled : tabled_for(displacement_of(view))};
+    return {lattice, is_own ? close_up_->tabled : tabled_for(displacement_of(view)),
+            view.footprint};
   }
 
   /// Finds the loose pieces at the first view, by what serves its rays.
@@ -466,8 +470,6 @@ class MarchSource : public DepthSource {
         .outer = map_.log_outer(),
         .steepest = band_.steepest,
         .most_nodes = std::clamp(kNodesARay * view.columns * view.rows, kFewestNodes, kMostNodes)};
-    few.footprint = view.footprint;
-    few.tolerance = view.tolerance;
     // Paint bends F of the iterates in between. Where there is no table, F and U of all later
     // iterates have to be computed, beside which those of one more matter little.
     const int most =
@@ -477,7 +479,7 @@ class MarchSource : public DepthSource {
     const std::vector<PixelRay> pixels = all_rays(few.columns, 0, few.rows);
     std::vector<Ray> rays(pixels.size());
     std::ranges::transform(pixels, rays.begin(), &PixelRay::ray);
-    march(few, {none, tabled}, rays, [&](std::size_t i, float depth) {
+    march(few, {none, tabled, view.footprint}, rays, [&](std::size_t i, float depth) {
       close_up.depths[index(pixels[i].column, pixels[i].row, few.columns)] = depth;
     });
     std::vector<Eigen::Vector3d> seen;
@@ -521,12 +523,12 @@ class MarchSource : public DepthSource {
     const double farthest = view.eye.norm() + band_.radius;
     return farthest * (set_.precision == Precision::dbl ? 0x1p-50 : 0x1p-21);
   }
-  /// The least step of rays: fine enough for what a pixel can show, and for the shell's own grain.
-  double shortest_step(const View& view) const {
+  /// The least step of rays: fine enough for what they show, and for the shell's own grain.
+  double shortest_step(const View& view, double footprint) const {
     const double shell = 1 / band_.steepest;
     // Copies in portals have finer grain than any shell: there pixels alone decide.
     const double grain = map_.has_portals() ? 0 : shell / 40;
-    return std::max(finest_step(view), std::clamp(view.footprint, grain, shell / 6));
+    return std::max(finest_step(view), std::clamp(footprint, grain, shell / 6));
   }
 
   /// @param take takes (i, depth), the depth of ray i. @param first the least first step after a
@@ -536,7 +538,7 @@ class MarchSource : public DepthSource {
              double first = std::numeric_limits<double>::infinity()) {
     device::Context& context = map_.context();
     const auto packed = context.upload_real(view.packed(), set_.precision);
-    const double finest = finest_step(view), step = shortest_step(view);
+    const double finest = finest_step(view), step = shortest_step(view, with.footprint);
     const double tolerance = std::max(finest, view.tolerance);
     if (grid_.step() < 4 * finest) {
       throw Error(fmt::format(
@@ -613,44 +615,83 @@ class MarchSource : public DepthSource {
   }
 
   /// Puts the depths of these rays in their places among those of rows from `first_row` on.
-  void march_into(const View& view, const std::vector<PixelRay>& pixels, int first_row,
-                  std::vector<float>& depths) {
+  void march_into(const View& view, const Served& with, const std::vector<PixelRay>& pixels,
+                  int first_row, std::vector<float>& depths) {
     std::vector<Ray> rays(pixels.size());
     std::ranges::transform(pixels, rays.begin(), &PixelRay::ray);
     march(
-        view, served(view), rays,
+        view, with, rays,
         [&](std::size_t i, float depth) {
           depths[index(pixels[i].column, pixels[i].row - first_row, view.columns)] = depth;
         },
         kFirstStep * view.footprint * view.samples);
   }
 
-  /// Every ray of these rows.
-  std::vector<float> march_rows(const View& view, int first_row, int rows) {
+  /// Every ray of these rows, all the way.
+  std::vector<float> march_rows(const View& view, const Served& with, int first_row, int rows) {
     std::vector<float> depths = no_hits(view, rows);
-    march_into(view, all_rays(view.columns, first_row, rows), first_row, depths);
+    march_into(view, with, all_rays(view.columns, first_row, rows), first_row, depths);
     return depths;
   }
 
-  /// Depths of samples, given those of pixels from row `from` on.
-  std::vector<float> refine(const View& view, int first_row, int rows, int from,
-                            const DepthGrid& pixels) {
-    const double pixel = view.footprint * view.samples;
+  /// One ray in each block of pixels goes all the way, and shows where the others begin.
+  std::vector<float> pixel_rows(const View& view, int first_row, int rows) {
+    const Served with = served(view);
+    if (std::min(view.columns, view.rows) < 2 * kPixelBlock) {
+      return march_rows(view, with, first_row, rows);
+    }
+    View blocks = view;
+    blocks.samples = kPixelBlock;
+    blocks = blocks.coarse();
+    const CoarseRows around = coarse_rows(kPixelBlock, blocks.rows, first_row, rows);
+    const DepthGrid found{blocks.columns, around.count,
+                          march_rows(blocks, with, around.first, around.count)};
+    return refine(view, first_row, rows, {found, around.first, kPixelBlock}, Smooth::marched);
+  }
+
+  /// Rows of a coarser view that show what rays of some rows hit.
+  struct CoarseRows {
+    int first, count;
+  };
+  /// @param wide rays of the finer view along a side of a coarse pixel. @param all coarse rows.
+  static CoarseRows coarse_rows(int wide, int all, int first_row, int rows) {
+    const int first = std::clamp(first_row / wide - 1, 0, all - 1);
+    return {first, std::min(all, (first_row + rows - 1) / wide + 2) - first};
+  }
+
+  /// What a coarser view of the same shows.
+  struct Coarse {
+    const DepthGrid& depths;
+    int first_row;
+    int wide;  ///< rays of the finer view along a side of one of its pixels
+  };
+  enum class Smooth { interpolated, marched };
+
+  /// Depths of a view's rays, which begin just in front of what a coarser view shows about them.
+  /// @param smooth what becomes of rays where that is smooth.
+  std::vector<float> refine(const View& view, int first_row, int rows, const Coarse& coarse,
+                            Smooth smooth) {
+    const DepthGrid& found = coarse.depths;
+    const double width = view.footprint * coarse.wide;
     std::vector<float> depths = no_hits(view, rows);
     std::vector<PixelRay> rays;
     for (PixelRay ray : all_rays(view.columns, first_row, rows)) {
-      const int i = ray.column / view.samples, j = ray.row / view.samples - from;
-      const double x = (ray.column + 0.5) / view.samples - 0.5;
-      const double y = (ray.row + 0.5) / view.samples - 0.5 - from;
-      const PixelKind kind = pixels.kind(i, j, pixel);
-      if (kind == PixelKind::smooth) {
-        depths[index(ray.column, ray.row - first_row, view.columns)] = pixels.interpolated(x, y);
-      } else if (kind == PixelKind::rough) {
-        ray.hint = std::max(0.0F, pixels.nearest(x, y) - static_cast<float>(pixel));
-        rays.push_back(ray);
+      const int i = std::min(ray.column / coarse.wide, found.columns - 1);
+      const int j = std::min(ray.row / coarse.wide - coarse.first_row, found.rows - 1);
+      // A view may have a few rays more than whole coarse pixels.
+      const double x = std::min((ray.column + 0.5) / coarse.wide - 0.5, found.columns - 1.0);
+      const double y =
+          std::min((ray.row + 0.5) / coarse.wide - 0.5 - coarse.first_row, found.rows - 1.0);
+      const PixelKind kind = found.kind(i, j, width);
+      if (kind == PixelKind::empty) continue;
+      if (kind == PixelKind::smooth && smooth == Smooth::interpolated) {
+        depths[index(ray.column, ray.row - first_row, view.columns)] = found.interpolated(x, y);
+        continue;
       }
+      ray.hint = std::max(0.0F, found.nearest(x, y) - static_cast<float>(width));
+      rays.push_back(ray);
     }
-    march_into(view, rays, first_row, depths);
+    march_into(view, served(view), rays, first_row, depths);
     return depths;
   }
 
