@@ -74,9 +74,9 @@ constexpr std::size_t kMostLattices = 2;
 /// In a close-up, the places that rays pass through are at least so many pixels wide, and at most
 /// so many times as fine as those found for all views.
 constexpr double kPixelsAPlace = 1.5, kFinest = 16;
-/// The least first step of a ray that a pixel's depth gives a hint for, pixels: in close-ups the
-/// shortest step is much longer, and would have to be bisected.
-constexpr double kFirstStep = 4;
+/// The first step of a ray that begins in front of what others hit, pixels; each further one is
+/// twice as long, up to the shortest step of other rays, which is longer in close-ups.
+constexpr double kFirstStep = 1;
 /// Of so many pixels along each side of a block, one ray goes all the way. Their pictures are as
 /// near to ones of four times finer steps as those of pixels that all do.
 constexpr int kPixelBlock = 3;
@@ -526,8 +526,9 @@ class MarchSource : public DepthSource {
   /// The least step of rays: fine enough for what they show, and for the shell's own grain.
   double shortest_step(const View& view, double footprint) const {
     const double shell = 1 / band_.steepest;
-    // Copies in portals have finer grain than any shell: there pixels alone decide.
-    const double grain = map_.has_portals() ? 0 : shell / 40;
+    // Coarser steps lose sheets and spikes that close-ups show (docs/lab/performance.md). Copies in
+    // portals have finer grain than any shell: there pixels alone decide.
+    const double grain = map_.has_portals() ? 0 : shell / 80;
     return std::max(finest_step(view), std::clamp(footprint, grain, shell / 6));
   }
 

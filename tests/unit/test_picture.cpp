@@ -379,15 +379,23 @@ Extent extent_of(const Camera& camera, const std::vector<Vector3d>& points, int 
 
 /// A body with a horn at a corner of its box, and other shapes that are not ellipsoids.
 std::vector<std::vector<Vector3d>> framed_shapes() {
-  std::vector<Vector3d> horned = shapes::sphere(3).vertices, needle, slab, corners;
+  std::vector<Vector3d> horned = shapes::sphere(3).vertices, needle, slab, corners, ring, dumbbell,
+                        spiral, far_away;
   for (int i = 0; i <= 20; ++i)
     horned.emplace_back(Vector3d(0.5, 0.8, 0.5) + 0.07 * i * Vector3d(1, 1, 0.4));
   for (const Vector3d& p : shapes::sphere(3).vertices) {
     needle.emplace_back(0.1 * p.x(), 5 * p.y() + 3, 0.1 * p.z());
     slab.emplace_back(30 * p.x() - 100, p.y(), 20 * p.z());
     corners.push_back(p.cwiseSign());
+    ring.emplace_back(Vector3d(p.x(), 0, p.z()).stableNormalized() + 0.2 * p);
+    dumbbell.emplace_back(0.4 * p + Vector3d(p.x() > 0 ? 2 : -1, p.x() > 0 ? 1 : 0, 0));
+    far_away.emplace_back(1e-3 * p + Vector3d(7, -5, 3));
   }
-  return {horned, needle, slab, corners};
+  for (int i = 0; i <= 200; ++i) {
+    const double turn = 0.1 * i;
+    spiral.emplace_back(turn * std::cos(turn), 0.5 * turn, turn * std::sin(turn));
+  }
+  return {horned, needle, slab, corners, ring, dumbbell, spiral, far_away};
 }
 
 Camera standing_camera(double azimuth, double elevation) {
