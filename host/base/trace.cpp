@@ -26,7 +26,8 @@ int number_of_calls(Trace::Row queue) {
   return number_of(Trace::Row::third_queue) + static_cast<int>(queue);
 }
 
-/// That of the host's first row, and of further ones.
+/// The number of one of the host's rows. The first has its own; the others come after all rows of
+/// queues.
 int number_of_host(std::size_t row) {
   const int after_all = number_of_calls(Trace::Row::third_queue) + static_cast<int>(row);
   return row == 0 ? number_of(Trace::Row::host) : after_all;

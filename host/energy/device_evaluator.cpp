@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "device/context.hpp"
+#include "device/launch_watch.hpp"
 #include "energy/cost.hpp"
 #include "energy/curvature.hpp"
 #include "energy/evaluator.hpp"
@@ -96,7 +97,15 @@ class DeviceEvaluator final : public Evaluator {
     }
     run_energy(map);
     if (with_gradient) {
-      result.gradient = sum_rows(run_potential_gradient(), energies_, result.energy);
+      const std::size_t rows = run_potential_gradient();
+      std::vector<double> cotangents;
+      std::vector<device::RealRead> more;
+      if (device::launch_watch() != nullptr) {
+        cotangents.resize(cotangent_.size());
+        more.push_back({cotangent_, cotangents});
+      }
+      result.gradient = sum_rows(rows, energies_, result.energy, std::move(more));
+      tell_potential_gradient(cotangents);
       return result;
     }
     std::vector<double> terms(energies_.size());
@@ -175,7 +184,10 @@ class DeviceEvaluator final : public Evaluator {
       context.launch(
           gather, {{samples, count, 1}},
           {narrow(count), narrow(most), narrow(samples), members, panels_, coarse_panels},
-          {gathered * entries, gathered * (entries + QJ_MAP_COMPONENTS)});
+          {gathered * entries,
+           gathered * (entries + QJ_MAP_COMPONENTS),
+           false,
+           {.parts = count, .terms = most, .points = samples}});
       products_(panels_, samples, order, count, update_at(first), own);
       products_(coarse_panels, samples, coarse_order, 1, update_at(first), coarse);
     }
@@ -285,7 +297,10 @@ class DeviceEvaluator final : public Evaluator {
   /// A kernel's work at all samples.
   device::LaunchWork sample_work(double slots, double reals, bool at_most = false) const {
     const auto samples = static_cast<double>(division_.stride);
-    return {samples * static_cast<double>(factors_) * slots, samples * reals, at_most};
+    return {samples * static_cast<double>(factors_) * slots,
+            samples * reals,
+            at_most,
+            {.terms = factors_, .points = division_.stride}};
   }
   /// The work of kernels that fill rows with sums over samples.
   device::LaunchWork sums_work(std::size_t rows, double slots) const {
@@ -299,7 +314,10 @@ class DeviceEvaluator final : public Evaluator {
   device::LaunchWork panel_work(std::size_t blocks, std::size_t count, double slots,
                                 std::size_t order) const {
     const auto samples = static_cast<double>(division_.panel_samples * blocks);
-    return {samples * static_cast<double>(count) * slots, samples * static_cast<double>(order)};
+    return {samples * static_cast<double>(count) * slots,
+            samples * static_cast<double>(order),
+            false,
+            {.parts = blocks, .terms = count, .points = division_.panel_samples}};
   }
 
   /// One sample in so many is taken for a matrix, so that there are at most `most`.
@@ -415,16 +433,29 @@ class DeviceEvaluator final : public Evaluator {
     factors_ = factors;
   }
 
-  /// From the cotangents that run_energy left. @return how many rows it fills.
+  /// From the cotangents that run_energy left. It leaves out samples whose cotangent is 0: where
+  /// launches are watched, `tell_potential_gradient` says how many others there were.
+  /// @return how many rows it fills.
   std::size_t run_potential_gradient() {
     const std::size_t rows = division_.gradient_chunks();
     const std::size_t vectors = QJ_MAP_STRIDE(factors_) / division_.width;
+    device::LaunchWork work = sums_work(rows, cost::kPotentialGradient);
+    work.at_most = true;
+    if (device::launch_watch() != nullptr) work.slots = 0, work.at_most = false;
     device_.context().launch(kernel("gradient_potential.cl", "gradient_potential"),
                              {{vectors, rows, 1}},
                              {samples_, narrow(division_.stride), narrow(division_.gradient_chunk),
                               map_, narrow(factors_), cotangent_, rows_},
-                             sums_work(rows, cost::kPotentialGradient));
+                             work);
     return rows;
+  }
+
+  void tell_potential_gradient(const std::vector<double>& cotangents) const {
+    device::LaunchWatch* const watch = device::launch_watch();
+    if (watch == nullptr) return;
+    const auto used = std::ranges::count_if(cotangents, [](double l) { return l != 0; });
+    watch->did("gradient_potential", static_cast<double>(used) * static_cast<double>(factors_) *
+                                         cost::kPotentialGradient);
   }
 
   device::Kernel orbit_kernel() const {
@@ -481,9 +512,12 @@ class DeviceEvaluator final : public Evaluator {
   }
 
   /// The rows summed, in the order of the unknowns, and the sum of the energies.
-  std::vector<double> sum_rows(std::size_t rows, const RealBuffer& energies, double& energy) {
+  /// @param more what is read in the same wait.
+  std::vector<double> sum_rows(std::size_t rows, const RealBuffer& energies, double& energy,
+                               std::vector<device::RealRead> more = {}) {
     std::vector<double> terms(energies.size());
-    std::vector<double> gradient = sum_rows(rows, {{{energies, terms}}});
+    more.push_back({energies, terms});
+    std::vector<double> gradient = sum_rows(rows, std::move(more));
     energy = sum_of(terms);
     return gradient;
   }

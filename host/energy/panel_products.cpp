@@ -13,7 +13,9 @@ void PanelProducts::operator()(const device::RealBuffer& panels, std::size_t sam
   const auto matrices_count = static_cast<double>(count), rows = static_cast<double>(samples),
              side = static_cast<double>(order);
   const device::LaunchWork work{matrices_count * rows * side * (side + 1) / 2,
-                                matrices_count * (rows * side + side * (side + 1))};
+                                matrices_count * (rows * side + side * (side + 1)),
+                                false,
+                                {count, order, "unknowns", samples}};
   const auto launch = [&](const device::Kernel& products, const device::Range& range) {
     context_.launch(products, range,
                     {panels, device::narrow(samples), device::narrow(order),

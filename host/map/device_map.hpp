@@ -69,7 +69,10 @@ class DeviceMap {
   device::LaunchWork work(std::size_t points, double slots, double reals,
                           bool at_most = false) const {
     const auto count = static_cast<double>(points);
-    return {count * factors_ * slots, count * reals, at_most};
+    return {count * factors_ * slots,
+            count * reals,
+            at_most,
+            {.terms = static_cast<std::size_t>(factors_), .points = points}};
   }
 
   /// F_n, from coordinates in a buffer to a buffer.

@@ -11,6 +11,7 @@
 #include "profile/explain.hpp"
 #include "profile/json_values.hpp"
 #include "profile/limits.hpp"
+#include "profile/processor_watch.hpp"
 #include "profile/roof.hpp"
 #include "profile/work_counter.hpp"
 #include "profile/worker_clock.hpp"
@@ -113,15 +114,16 @@ std::vector<KernelShare> kernel_shares(const Trace& trace,
     const auto mix = measure.instructions.find(name);
     if (mix != measure.instructions.end()) kernel.instructions = mix->second;
     const InstructionMix* const code = kernel.instructions ? &*kernel.instructions : nullptr;
-    const auto ceiling = ceiling_of(code, measure.roofs, kernel.work.is_double);
-    const JudgedShare found = judged(roof.limit, kernel.work.at_most, shares, is_busy, ceiling);
+    const auto bounds = bounds_of(code, measure.roofs, kernel.work.is_double);
+    const JudgedShare found = judged(roof.limit, kernel.work.at_most, shares, is_busy, bounds);
     kernel.limit = roof.limit;
     kernel.share_of_limit = found.share;
     kernel.share_low = found.low;
     kernel.share_high = found.high;
     kernel.share_verdict = found.verdict;
-    kernel.limited_by = limited_by(kernel.work, spent, measure.roofs, roof.limit, found.verdict,
-                                   found.share, code, is_busy);
+    kernel.sizes = kernel.work.sizes;
+    kernel.limited_by =
+        limited_by(kernel.work, spent, found, {measure.roofs, code, 0, measure.use});
     kernels.push_back(std::move(kernel));
   }
   std::ranges::stable_sort(kernels, std::greater<>(), &KernelShare::seconds);
@@ -147,7 +149,7 @@ std::vector<StageShare> stage_shares(const Trace& trace, const std::vector<Span>
 
 /// A share in per cent with its interval, or why there is none.
 std::string share_text(const KernelShare& k) {
-  if (!k.share_of_limit) return k.share_verdict.empty() ? "-" : k.share_verdict;
+  if (!k.share_of_limit) return verdict_text(k.share_verdict, k.share_low, k.share_high);
   return fmt::format(
       "{}{:.1f} %{}", k.work.at_most ? "<" : "", 100 * *k.share_of_limit,
       *k.share_high > *k.share_low
@@ -179,6 +181,7 @@ struct CommandMeter::Impl {
   Pace before;
   std::optional<CpuSampler> sampler;
   std::optional<WaitedShare> waited;
+  ProcessorWatch processors;
   std::optional<CodeSampler> code;
 };
 
@@ -187,6 +190,7 @@ CommandMeter::CommandMeter(const Device& device, const std::stop_token& stop)
   if (!impl_->clock) return;
   impl_->sampler.emplace(impl_->clock);
   impl_->waited.emplace(impl_->clock);
+  impl_->processors = ProcessorWatch();
   impl_->code.emplace(impl_->clock);
 }
 
@@ -201,6 +205,7 @@ CommandMeasure CommandMeter::finish(Trace::Clock::time_point trace_began) const 
       measure.cpu.push_back({(sample.time - trace_began).count(), sample.seconds});
     }
     measure.waited_share = impl_->waited->so_far();
+    measure.use = impl_->processors.so_far();
     KernelMixes found = impl_->code->mixes();
     measure.instructions = std::move(found.mixes);
     measure.no_instructions = std::move(found.problem);
@@ -226,7 +231,7 @@ CommandProfile command_profile(const DeviceInfo& device, const Trace& trace,
 std::vector<std::string> CommandProfile::disturbances() const {
   const double after = measure.roofs.fma_per_second;
   const double before = measure.fma_per_second_before;
-  return signs_of_load(before > 0 ? before : after, after, measure.waited_share);
+  return signs_of_load(before > 0 ? before : after, after, measure.waited_share, measure.use);
 }
 
 nlohmann::json to_json(const CommandProfile& profile) {
@@ -241,6 +246,7 @@ nlohmann::json to_json(const CommandProfile& profile) {
                        {"slots", positive_or_null(k.work.slots)},
                        {"memory_bytes", positive_or_null(k.work.bytes)},
                        {"work_is_at_most", k.work.at_most},
+                       {"sizes", or_null(k.sizes)},
                        {"precision", k.work.is_double ? "double" : "single"},
                        {"limit", or_null(k.limit)},
                        {"share_of_limit", or_null(k.share_of_limit)},
@@ -276,6 +282,7 @@ nlohmann::json to_json(const CommandProfile& profile) {
         {"bytes_per_cpu_second", positive_or_null(roofs.bytes_per_cpu_second)},
         {"caches", to_json(roofs.caches)}}},
       {"waited_share", or_null(profile.measure.waited_share)},
+      {"processor_use", or_null(profile.measure.use)},
       {"disturbances", profile.disturbances()},
       {"kernels", kernels},
       {"stages", stages}};
@@ -285,14 +292,16 @@ std::string to_text(const CommandProfile& profile) {
   const Roofs& roofs = profile.measure.roofs;
   std::string text = fmt::format(
       "{:.2f} s, of which a kernel ran for {:.2f} s and the host alone for {:.2f} s\n"
-      "limits: {:.4g} G multiply-adds/s, {:.4g} G in double precision, copy {:.4g} GB/s{}\n",
+      "limits in a second: {:.4g} G multiply-adds, {:.4g} G in double precision, copy {:.4g} "
+      "GB/s{}\n",
       profile.seconds, profile.device_seconds, profile.seconds - profile.device_seconds,
       1e-9 * roofs.fma_per_second, 1e-9 * roofs.double_fma_per_second,
       1e-9 * roofs.bytes_per_second, cache_rates(roofs.caches));
   if (roofs.fma_per_cpu_second > 0) {
     text += fmt::format(
-        "in a CPU second: {:.4g} G multiply-adds, {:.4g} G in double precision; before the command "
-        "{:.4g} G\n",
+        "limits in a CPU second, of which shares of multiply-adds are: {:.4g} G, {:.4g} G in "
+        "double "
+        "precision; before the command {:.4g} G\n",
         1e-9 * roofs.fma_per_cpu_second, 1e-9 * roofs.double_fma_per_cpu_second,
         1e-9 * profile.measure.fma_per_cpu_second_before);
   }
@@ -323,6 +332,13 @@ std::string to_text(const CommandProfile& profile) {
 }  // namespace qjulia::profiling
 
 namespace qjulia {
+
+std::string verdict_text(const std::string& verdict, const std::optional<double>& low,
+                         const std::optional<double>& high) {
+  if (verdict.empty()) return "-";
+  if (!low || !high) return verdict;
+  return fmt::format("{} ({:.1f} to {:.1f})", verdict, 100 * *low, 100 * *high);
+}
 
 std::string cache_rates(const std::vector<CacheRoof>& caches) {
   std::string text;

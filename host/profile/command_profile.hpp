@@ -13,8 +13,10 @@
 
 #include "qjulia/base/trace.hpp"
 #include "qjulia/device/device.hpp"
+#include "qjulia/device/launch_size.hpp"
 #include "qjulia/profile/cache_roof.hpp"
 #include "qjulia/profile/instruction_mix.hpp"
+#include "qjulia/profile/processor_use.hpp"
 
 namespace qjulia::profiling {
 
@@ -25,6 +27,7 @@ struct KernelWork {
   double bytes = 0;        ///< read and written at least
   bool at_most = false;    ///< orbits may have ended before they had done all of it
   bool is_double = false;  ///< computed in double precision
+  std::optional<LaunchSizes> sizes{};
 };
 
 /// Counts the work of all launches of this process while it lives, by kernel. While a second
@@ -73,6 +76,7 @@ struct CommandMeasure {
   std::vector<Cpu> cpu;
   /// The share of their time in which these threads were ready to run and waited for a processor.
   std::optional<double> waited_share;
+  std::optional<ProcessorUse> use{};  ///< of the processors, from before the command to its end
   /// Of kernels by name, on CPUs whose driver keeps its machine code as files.
   std::map<std::string, InstructionMix> instructions;
   std::string
@@ -106,11 +110,13 @@ struct KernelShare {
   /// among the kernels that ran between two samples in proportion to their time.
   std::optional<double> cpu_seconds;
   KernelWork work;
+  std::optional<LaunchSizes> sizes;
   std::string limit;  ///< "fma", "memory", or empty where no work is known
   /// Share of the multiply-adds possible in its CPU seconds where these are known, else in its
   /// seconds; or of the bytes possible in its seconds. Empty unless the verdict is "judged".
   std::optional<double> share_of_limit;
-  /// The share of the higher and of the lower of the limits before and after the command.
+  /// The share of the higher and of the lower of the limits before and after the command, also
+  /// where the verdict is "not now".
   std::optional<double> share_low, share_high;
   std::string share_verdict;  ///< as in KernelFigures (profile.hpp)
   std::optional<InstructionMix> instructions;

@@ -1,9 +1,12 @@
 #include "profile/explain.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
+
+#include "profile/processor_watch.hpp"
 
 namespace qjulia::profiling {
 namespace {
@@ -12,17 +15,14 @@ std::string counted(int number, const char* one) {
   return fmt::format("{} {}{}", number, one, number == 1 ? "" : "s");
 }
 
-/// What else there is in the loop.
-std::string rest_of_loop(const InstructionMix& mix) {
-  std::string text =
-      fmt::format("a loop of {:.0f} % of its time, with {} and {}", 100 * mix.time_share,
-                  counted(mix.loads, "load"), counted(mix.stores, "store"));
+/// What a pass of the loop has.
+std::string loop_text(const InstructionMix& mix) {
+  std::string text = fmt::format(
+      "of a pass of its main loop ({:.0f} % of its time), {} of {} are multiply-adds, "
+      "multiplications or divisions, beside {} and {}",
+      100 * mix.time_share, mix.slots(), counted(mix.operations(), "vector operation"),
+      counted(mix.loads, "load"), counted(mix.stores, "store"));
   return mix.spills > 0 ? text + fmt::format(", {} of them on the stack", mix.spills) : text;
-}
-
-std::string operations_text(const InstructionMix& mix) {
-  return fmt::format("{} of {} are multiply-adds, multiplications or divisions", mix.slots(),
-                     counted(mix.operations(), "vector operation"));
 }
 
 /// Multiply-adds that a device does while a cache gives it so many bytes, over those of the loop.
@@ -49,21 +49,48 @@ FmaRate fma_rate(const Roofs& roofs, bool is_double) {
   return {has_cpu ? cpu : all, is_double ? 8.0 : 4.0, has_cpu};
 }
 
-/// "; data would allow it 100 % from L2, 37 % from L3"; empty where all of them allow all.
-std::string data_text(const InstructionMix& mix, const Roofs& roofs, bool is_double) {
+/// The share that a loop can reach if all of its loads and stores go to one place.
+struct DataPlace {
+  std::string name;
+  double most = 1;
+};
+
+/// The places behind the nearest cache, nearest first.
+std::vector<DataPlace> data_places(const InstructionMix& mix, const Roofs& roofs, bool is_double) {
   const FmaRate rate = fma_rate(roofs, is_double);
-  std::string text;
-  bool is_any_short = false;
-  const auto add = [&](const std::string& place, double bytes_per_second) {
-    const double most = data_ceiling(mix, bytes_per_second, rate.per_second, rate.real_bytes);
-    is_any_short = is_any_short || most < 1;
-    text += fmt::format("{}{:.0f} % from {}", text.empty() ? "" : ", ", 100 * most, place);
+  std::vector<DataPlace> places;
+  const auto add = [&](const std::string& name, double bytes_per_second) {
+    places.push_back({name, data_ceiling(mix, bytes_per_second, rate.per_second, rate.real_bytes)});
   };
   for (const CacheRoof& cache : roofs.caches) {
     if (cache.level > 1) add(fmt::format("L{}", cache.level), rate.of(cache));
   }
   add("memory", rate.is_of_cpu ? roofs.bytes_per_cpu_second : roofs.bytes_per_second);
-  return is_any_short ? "; its data would allow " + text : std::string();
+  return places;
+}
+
+/// What a kernel that waits waits for: where its loads and stores go, or what it computes itself.
+std::string waiting_text(const InstructionMix& mix, const Roofs& roofs, bool is_double,
+                         double share) {
+  const std::vector<DataPlace> places = data_places(mix, roofs, is_double);
+  constexpr const char* kItself =
+      "it waits for its own earlier results, or for units that its operations share";
+  if (std::ranges::all_of(places, [&](const DataPlace& place) { return place.most >= share; })) {
+    return fmt::format("; even memory would give its data faster, so {}", kItself);
+  }
+  std::string text;
+  for (const DataPlace& place : places) {
+    text +=
+        fmt::format("{}{:.0f} % from {}", text.empty() ? "; all of its data would allow " : ", ",
+                    100 * place.most, place.name);
+  }
+  const auto far =
+      std::ranges::find_if(places, [&](const DataPlace& place) { return place.most < share; });
+  const DataPlace near = far == places.begin() ? DataPlace{"L1", 1} : *(far - 1);
+  // Times of the two parts add up: 1 / share = part / far + (1 - part) / near.
+  const double part = (1 / share - 1 / near.most) / (1 / far->most - 1 / near.most);
+  return text + fmt::format(": it is as fast as if {:.0f} % came from {} and the rest from {}",
+                            100 * part, far->name, near.name);
 }
 
 /// The farthest cache that is as fast as bytes were moved.
@@ -88,9 +115,10 @@ double load_ceiling(const InstructionMix& mix, const Roofs& roofs, bool is_doubl
   return std::min(1.0, mix.slots() * loads_a_multiply_add / (mix.loads + mix.stores));
 }
 
-std::optional<double> ceiling_of(const InstructionMix* mix, const Roofs& roofs, bool is_double) {
+std::optional<CodeBounds> bounds_of(const InstructionMix* mix, const Roofs& roofs, bool is_double) {
   if (mix == nullptr || mix->operations() == 0) return std::nullopt;
-  return std::min(mix->ceiling(), load_ceiling(*mix, roofs, is_double));
+  return CodeBounds{std::min(mix->ceiling(), load_ceiling(*mix, roofs, is_double)),
+                    data_places(*mix, roofs, is_double).back().most};
 }
 
 JudgedShare judged_runs(const KernelWork& work, const std::vector<MeasuredRun>& runs, bool is_busy,
@@ -104,57 +132,124 @@ JudgedShare judged_runs(const KernelWork& work, const std::vector<MeasuredRun>& 
   const auto& [limit, values] =
       *std::ranges::max_element(shares, {}, [](const auto& entry) { return entry.second.size(); });
   return judged(limit, work.at_most, interval_of_median(values), is_busy,
-                ceiling_of(mix, runs.back().roofs, work.is_double));
+                bounds_of(mix, runs.back().roofs, work.is_double));
 }
 
-std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& roofs,
-                       const std::string& limit, const std::string& verdict,
-                       const std::optional<double>& share, const InstructionMix* mix,
-                       bool is_busy) {
-  const auto known_ceiling = ceiling_of(mix, roofs, work.is_double);
-  if (verdict == "not now") {
-    std::string why = is_busy ? "cannot be judged now: other programs take the processors"
-                              : "cannot be judged: its runs differ too much; give more repeats";
-    if (limit != "fma" || !known_ceiling) return why;
-    return fmt::format("{}; {}, so the ceiling is {:.0f} %{}; {}", why, operations_text(*mix),
-                       100 * *known_ceiling, data_text(*mix, roofs, work.is_double),
-                       rest_of_loop(*mix));
-  }
-  if (limit == "memory") {
-    const double rate = spent.seconds > 0 ? work.bytes / spent.seconds : 0;
-    if (verdict == "cached") {
-      return fmt::format("caches: {:.3g} GB/s of its data{}", 1e-9 * rate, cache_text(rate, roofs));
+namespace {
+
+/// Why a share is not judged, and what to do.
+std::string doubt_text(const JudgedShare& judged, const Conditions& with) {
+  switch (judged.doubt) {
+    case Doubt::none:
+      return {};
+    case Doubt::other_programs: {
+      const auto found = with.use ? reasons(*with.use) : std::vector<std::string>();
+      const bool is_quota = with.use && with.use->throttled_times > 0;
+      return fmt::format(
+          "not judged now, because {}: alone it reaches as much or more; {} and repeat it",
+          found.empty() ? std::string("its threads waited for processors")
+                        : fmt::format("{}", fmt::join(found, " and ")),
+          is_quota ? "raise the quota" : "close other programs");
     }
-    if (!share) return {};
-    if (*share >= kAtCeiling || mix == nullptr) {
-      return fmt::format("memory: {:.0f} % of the copy's bandwidth", 100 * *share);
-    }
-    return fmt::format("its own instructions: {:.0f} % of the copy's bandwidth; {}; {}",
-                       100 * *share, operations_text(*mix), rest_of_loop(*mix));
+    case Doubt::spread:
+      return with.runs > 0
+                 ? "not judged, because its runs lie too far apart; repeat it with more runs"
+                 : "not judged, because the limits before and after the command lie too far apart; "
+                   "repeat it";
+    case Doubt::above_limit:
+      break;
   }
-  if (limit != "fma" || !known_ceiling) return {};
-  const double by_loads = load_ceiling(*mix, roofs, work.is_double);
-  const double ceiling = *known_ceiling;
-  const std::string reached =
-      share ? fmt::format("{}{:.0f} % is reached", work.at_most ? "at most " : "", 100 * *share)
-            : std::string("no share can be given");
+  return "not judged, because it was faster than the limit that was measured beside it; repeat it";
+}
+
+/// "55 % is reached", "54 to 58 % was seen in 9 runs".
+std::string reached_text(const KernelWork& work, const JudgedShare& judged,
+                         const Conditions& with) {
+  if (judged.share) {
+    return fmt::format("{}{:.0f} % is reached", work.at_most ? "at most " : "",
+                       100 * *judged.share);
+  }
+  if (!judged.low) return "no share can be given";
+  const std::string low = fmt::format("{:.0f}", 100 * *judged.low);
+  const std::string high = fmt::format("{:.0f}", 100 * *judged.high);
+  return fmt::format(
+      "{} % was seen{}", low == high ? low : low + " to " + high,
+      with.runs > 0 ? " in " + counted(static_cast<int>(with.runs), "run") : std::string());
+}
+
+/// What bounds a kernel that multiply-adds limit, of a known mix.
+std::string fma_text(const KernelWork& work, const JudgedShare& judged, const Conditions& with) {
+  const InstructionMix& mix = *with.mix;
+  const double ceiling = bounds_of(&mix, with.roofs, work.is_double)->ceiling;
+  const bool is_of_loads = load_ceiling(mix, with.roofs, work.is_double) < mix.ceiling();
+  const auto share = judged.seen();
+  const std::string reached = reached_text(work, judged, with);
   // The trees of meshes count sums and comparisons as slots too (mesh/tree_walk.hpp).
   constexpr double kMoreThanSlots = 1.2;
   if (share && *share > kMoreThanSlots * ceiling) {
     return fmt::format(
         "not explained: {}, though {}, which would allow {:.0f} % only; the kernel's count of "
-        "slots "
-        "has more than these operations; {}",
-        reached, operations_text(*mix), 100 * ceiling, rest_of_loop(*mix));
+        "slots has more than these operations",
+        reached, loop_text(mix), 100 * ceiling);
   }
   const bool waits = share && *share < kAtCeiling * ceiling;
-  const char* const what = waits                       ? "waiting, for data or earlier results"
-                           : by_loads < mix->ceiling() ? "loads and stores"
-                                                       : "vector operations";
-  return fmt::format("{}: {}, so the ceiling is {:.0f} %{}; {}{}; {}", what, operations_text(*mix),
-                     100 * ceiling, by_loads < mix->ceiling() ? " for its loads and stores" : "",
-                     reached, waits ? data_text(*mix, roofs, work.is_double) : std::string(),
-                     rest_of_loop(*mix));
+  return fmt::format("{}: {}, so the ceiling is {:.0f} %{}; {}{}",
+                     waits         ? "waiting, for data or earlier results"
+                     : is_of_loads ? "loads and stores"
+                                   : "vector operations",
+                     loop_text(mix), 100 * ceiling, is_of_loads ? " for its loads and stores" : "",
+                     reached,
+                     waits ? waiting_text(mix, with.roofs, work.is_double, *share) : std::string());
+}
+
+std::string memory_text(const KernelWork& work, const Spent& spent, const JudgedShare& judged,
+                        const Conditions& with) {
+  if (judged.verdict == "cached") {
+    const double rate = spent.seconds > 0 ? work.bytes / spent.seconds : 0;
+    return fmt::format("caches: {:.3g} GB/s of its data{}", 1e-9 * rate,
+                       cache_text(rate, with.roofs));
+  }
+  const auto share = judged.seen();
+  if (!share) return {};
+  const std::string reached = reached_text(work, judged, with) + " of the copy's bandwidth";
+  if (*share >= kAtCeiling || with.mix == nullptr) return "memory: " + reached;
+  return fmt::format("its own instructions: {}; {}", reached, loop_text(*with.mix));
+}
+
+}  // namespace
+
+std::string limited_by(const KernelWork& work, const Spent& spent, const JudgedShare& judged,
+                       const Conditions& with) {
+  std::string text;
+  if (judged.limit == "memory") {
+    text = memory_text(work, spent, judged, with);
+  } else if (judged.limit == "fma" && bounds_of(with.mix, with.roofs, work.is_double)) {
+    text = fma_text(work, judged, with);
+  } else if (judged.doubt != Doubt::none) {
+    text = reached_text(work, judged, with);
+  }
+  const std::string doubt = doubt_text(judged, with);
+  if (doubt.empty()) return text;
+  return text.empty() ? doubt : text + "; " + doubt;
+}
+
+std::string launches_text(std::uint64_t launches) {
+  return fmt::format("{} launch{}", launches, launches == 1 ? "" : "es");
+}
+
+std::string size_text(const std::optional<LaunchSizes>& sizes) {
+  if (!sizes || sizes->most.terms == 0) return {};
+  const auto text = [](const LaunchSize& size, const std::string& points) {
+    return fmt::format("{}{} {} x {} points",
+                       size.parts > 1 ? fmt::format("{} x ", size.parts) : std::string(),
+                       size.terms, size.terms_are, points);
+  };
+  const auto& [least, most] = *sizes;
+  const std::string few = std::to_string(least.points), many = std::to_string(most.points);
+  if (least.parts == most.parts && least.terms == most.terms) {
+    return text(most, few == many ? few : few + " to " + many);
+  }
+  return text(least, few) + " to " + text(most, many);
 }
 
 }  // namespace qjulia::profiling

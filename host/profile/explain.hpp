@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "profile/roof.hpp"
+#include "qjulia/device/launch_size.hpp"
 #include "qjulia/profile/instruction_mix.hpp"
+#include "qjulia/profile/processor_use.hpp"
 
 namespace qjulia::profiling {
 
@@ -14,9 +16,8 @@ namespace qjulia::profiling {
 /// cache serves them all; 1 where that cache was not measured.
 double load_ceiling(const InstructionMix& mix, const Roofs& roofs, bool is_double);
 
-/// The share of the multiply-adds that its operations and its loads and stores allow; none without
-/// a mix.
-std::optional<double> ceiling_of(const InstructionMix* mix, const Roofs& roofs, bool is_double);
+/// What its operations and its loads and stores allow; none without a mix.
+std::optional<CodeBounds> bounds_of(const InstructionMix* mix, const Roofs& roofs, bool is_double);
 
 /// A run of a kernel or a job, and the device's limits beside it.
 struct MeasuredRun {
@@ -29,20 +30,35 @@ struct MeasuredRun {
 JudgedShare judged_runs(const KernelWork& work, const std::vector<MeasuredRun>& runs, bool is_busy,
                         const InstructionMix* mix);
 
-/// @param limit,verdict,share as KernelFigures has them. @param mix null where it is not known.
-/// @param is_busy as in `judged`.
-/// @return empty where nothing is known.
-std::string limited_by(const KernelWork& work, const Spent& spent, const Roofs& roofs,
-                       const std::string& limit, const std::string& verdict,
-                       const std::optional<double>& share, const InstructionMix* mix, bool is_busy);
+/// What a kernel's share was measured with.
+struct Conditions {
+  Roofs roofs;
+  const InstructionMix* mix = nullptr;  ///< null where it is not known
+  std::size_t runs = 0;                 ///< 0: a command ran it, between two measurements of limits
+  std::optional<ProcessorUse> use{};    ///< of the processors, meanwhile
+};
 
-/// A line for each kernel that something limits.
-/// @param kernels with the members kernel and limited_by.
+/// @return empty where nothing is known.
+std::string limited_by(const KernelWork& work, const Spent& spent, const JudgedShare& judged,
+                       const Conditions& with);
+
+/// "992 factors x 20480 to 81920 points", "64 unknowns x 1024 points to 8 x 672 unknowns x 1024
+/// points"; empty where nothing is known.
+std::string size_text(const std::optional<LaunchSizes>& sizes);
+/// "1 launch", "7 launches".
+std::string launches_text(std::uint64_t launches);
+
+/// A line for each kernel that something limits, with its launches and their sizes.
+/// @param kernels with the members kernel, launches, sizes and limited_by.
 template <class Kernels>
 std::string limit_lines(const Kernels& kernels) {
   std::string text;
   for (const auto& kernel : kernels) {
-    if (!kernel.limited_by.empty()) text += "\n" + kernel.kernel + ": " + kernel.limited_by;
+    if (kernel.limited_by.empty()) continue;
+    const std::string size = size_text(kernel.sizes);
+    text += "\n" + kernel.kernel;
+    if (!size.empty()) text += " (" + launches_text(kernel.launches) + " of " + size + ")";
+    text += ": " + kernel.limited_by;
   }
   return text.empty() ? text : "what limits each kernel" + text;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -22,6 +23,9 @@ namespace {
 
 constexpr int kIterations = 4;
 constexpr int kPictureIterations = 6;
+/// At one iterate.
+constexpr std::array<std::string_view, 5> kJobsOfFit{"energy", "gradient", "preconditioner",
+                                                     "matrix_diagonal", "pursuit"};
 
 /// Reals that a grid point takes: F, and for each further iterate the point and F, in and out.
 constexpr double level_set_reals(int n) { return 1 + (n - 1) * 10.0; }
@@ -75,8 +79,13 @@ class JobList {
  private:
   using Kernels = std::vector<std::string>;
 
-  /// Whether a job of that name, or of any of these kernels, is asked for.
-  bool is_wanted(const std::string& name, const Kernels& kernels) const {
+  /// Whether a job of that name and n, or of any of these kernels, is asked for.
+  bool is_wanted(const std::string& name, int n, const Kernels& kernels) const {
+    const auto& jobs = options_.jobs;
+    const bool is_of_fit = n == 1 && std::ranges::find(kJobsOfFit, name) != kJobsOfFit.end();
+    if (!jobs.empty() && !fits_any(name, jobs) && !(is_of_fit && fits_any("fit", jobs))) {
+      return false;
+    }
     const auto& patterns = options_.kernels;
     if (patterns.empty() || fits_any(name, patterns)) return true;
     return std::ranges::any_of(kernels,
@@ -88,8 +97,8 @@ class JobList {
     const Kernels of_gradient =
         n == 1 ? Kernels{"energy_terms", "gradient_potential", "sum_row_blocks"}
                : Kernels{"gradient_orbit", "sum_row_blocks"};
-    const bool energy = is_wanted("energy", of_energy);
-    const bool gradient = is_wanted("gradient", of_gradient);
+    const bool energy = is_wanted("energy", n, of_energy);
+    const bool gradient = is_wanted("gradient", n, of_gradient);
     if (!energy && !gradient) return;
     const std::shared_ptr<energy::Evaluator> evaluator =
         make_evaluator(device_, *work_, n, options_.precision);
@@ -138,7 +147,7 @@ class JobList {
     std::shared_ptr<energy::Evaluator> evaluator;
     const auto add = [&](const char* name, double slots, double reals, const Kernels& kernels,
                          const std::function<void(energy::Evaluator&, const Map&)>& run) {
-      if (!is_wanted(name, kernels)) return;
+      if (!is_wanted(name, 1, kernels)) return;
       if (!evaluator) {
         energy::Samples part;
         for (std::size_t i = 0; i < samples; ++i) part.add(work_->samples, i);
@@ -157,15 +166,19 @@ class JobList {
     const double slots = 0.5 * order * (order + 1) / static_cast<double>(factors);
     const double reals = cost::gauss_newton_reals(static_cast<double>(samples), order,
                                                   device_.tuning(options_.precision).panel_samples);
-    add("gauss_newton", slots, reals, of_matrix,
-        [](energy::Evaluator& e, const Map& map) { e.gauss_newton(map); });
-    if (!wants_all_jobs(options_)) return;
+    const auto add_whole = [&] {
+      add("gauss_newton", slots, reals, of_matrix,
+          [](energy::Evaluator& e, const Map& map) { e.gauss_newton(map); });
+    };
+    if (!wants_all_jobs(options_)) return add_whole();
+    // First, so that its kernels' rows are of the sizes that a fit has.
     const double damping = 1e-3;
     add("preconditioner", 0, 0, of_blocks, [damping](energy::Evaluator& e, const Map& map) {
       const auto blocks = energy::neighbour_blocks(map, energy::kFactorsOfBlock);
       const auto made = energy::preconditioner_of(e.gauss_newton_blocks(map, blocks), damping);
       made->gradient(made->move(Eigen::VectorXd::Ones(made->size())));
     });
+    add_whole();
     add("matrix_diagonal", 0, 0, of_diagonal,
         [](energy::Evaluator& e, const Map& map) { e.gauss_newton_diagonal(map); });
     add("pursuit", 0, 0, of_pursuit, [](energy::Evaluator& e, const Map& map) {
@@ -177,7 +190,7 @@ class JobList {
 
   void add_distance() {
     const Kernels kernels{"nearest_distance", "winding_number"};
-    if (!is_wanted("distance", kernels)) return;
+    if (!is_wanted("distance", 1, kernels)) return;
     constexpr int kRings = 72;
     auto mesh =
         std::make_shared<TriangleMesh>(options_.mesh ? *options_.mesh : make_sphere(kRings));
@@ -205,7 +218,7 @@ class JobList {
 
   void add_level_set(int n) {
     const Kernels kernels{"level_set_numbered", "level_set_advance"};
-    if (!is_wanted("level_set", kernels)) return;
+    if (!is_wanted("level_set", n, kernels)) return;
     const int side =
         static_cast<int>(std::lround(std::cbrt(static_cast<double>(work_->samples.size()))));
     const surface::Grid grid{
@@ -233,9 +246,9 @@ class JobList {
     const Kernels kernels{"level_set_bounds",  "block_images",     "interpolate_rows",
                           "settle_points",     "level_set_points", "level_set_numbered",
                           "level_set_advance", "place_vertices"};
-    if (!is_wanted("surface", kernels)) return;
     SurfaceOptions surface;
     surface.iterations = options_.iterations.value_or(surface.iterations);
+    if (!is_wanted("surface", surface.iterations, kernels)) return;
     surface.resolution = std::clamp(
         static_cast<int>(std::lround(2 * std::cbrt(static_cast<double>(work_->samples.size())))),
         16, 256);
@@ -261,13 +274,14 @@ class JobList {
         "lamp_light",       "pixel_radiance",   "develop_pixels", "composed_images",
         "trust_cells",      "cube_bounds",      "node_fields",    "node_versors",
         "table_images",     "look_up_points",   "look_up_rest"};
-    if (!is_wanted("ray_march", kernels)) return;
+    const int n = options_.iterations.value_or(kPictureIterations);
+    if (!is_wanted("ray_march", n, kernels)) return;
     // 160 x 120 rays for the usual number of samples.
     constexpr double kUsualSamples = 125'000;
     const double scale =
         std::min(1.0, std::sqrt(static_cast<double>(options_.sample_points) / kUsualSamples));
     PictureOptions picture;
-    picture.iterations = options_.iterations.value_or(kPictureIterations);
+    picture.iterations = n;
     picture.width = std::max(16, static_cast<int>(std::lround(160 * scale)));
     picture.height = std::max(12, static_cast<int>(std::lround(120 * scale)));
     picture.samples = 1;
@@ -301,7 +315,7 @@ bool fits_any(const std::string& name, const std::vector<std::string>& patterns)
 }
 
 bool wants_all_jobs(const ProfileOptions& options) {
-  return options.map || !options.kernels.empty();
+  return options.map || !options.kernels.empty() || !options.jobs.empty();
 }
 
 std::vector<Job> jobs_of(const Device& device, const ProfileOptions& options,

@@ -38,6 +38,28 @@ inline nlohmann::json to_json(const std::vector<CacheRoof>& caches) {
   return list;
 }
 
+inline nlohmann::json to_json(const LaunchSize& size) {
+  return {{"parts", size.parts},
+          {"terms", size.terms},
+          {"terms_are", size.terms_are},
+          {"points", size.points}};
+}
+
+inline nlohmann::json or_null(const std::optional<LaunchSizes>& sizes) {
+  if (!sizes) return nullptr;
+  return {{"least", to_json(sizes->least)}, {"most", to_json(sizes->most)}};
+}
+
+inline nlohmann::json or_null(const std::optional<ProcessorUse>& use) {
+  if (!use) return nullptr;
+  return {{"seconds", use->seconds},
+          {"processors", use->processors},
+          {"others", use->others},
+          {"stolen", use->stolen},
+          {"throttled_times", use->throttled_times},
+          {"throttled_seconds", use->throttled_seconds}};
+}
+
 inline nlohmann::json or_null(const std::optional<InstructionMix>& mix) {
   return mix ? qjulia::to_json(*mix) : nlohmann::json(nullptr);
 }

@@ -10,6 +10,7 @@
 #include "profile/code_sampler.hpp"
 #include "profile/explain.hpp"
 #include "profile/limits.hpp"
+#include "profile/processor_watch.hpp"
 #include "profile/roof.hpp"
 #include "qjulia/base/error.hpp"
 
@@ -42,6 +43,7 @@ KernelFigures profile_launch(const Device& device, const OwnLaunch& launch,
   work.is_double = launch.precision == Precision::dbl;
   const WorkerClockPointer clock = worker_clock(device);
   const WaitedShare waited(clock);
+  const ProcessorWatch processors;
   const Roofs roofs = measure_roofs(device, clock);
   const auto limit_now = fma_probe(device, launch.precision, clock);
 
@@ -90,8 +92,8 @@ KernelFigures profile_launch(const Device& device, const OwnLaunch& launch,
   f.share_low = judged_share.low;
   f.share_high = judged_share.high;
   f.share_verdict = judged_share.verdict;
-  f.limited_by = limited_by(work, runs.back().spent, runs.back().roofs, f.limit, f.share_verdict,
-                            f.share_of_limit, mix, is_busy);
+  f.limited_by = limited_by(work, runs.back().spent, judged_share,
+                            {runs.back().roofs, mix, runs.size(), processors.so_far()});
   return f;
 }
 

@@ -21,6 +21,7 @@
 #include "profile/kernel_counter.hpp"
 #include "profile/limits.hpp"
 #include "profile/prediction.hpp"
+#include "profile/processor_watch.hpp"
 #include "profile/roof.hpp"
 #include "profile/work_counter.hpp"
 #include "profile/workload.hpp"
@@ -45,7 +46,6 @@ class Bench {
         report_(report),
         roofs_(roofs),
         clock_(clock),
-        waited_(clock),
         monitor_(monitor),
         deadline_(deadline),
         counter_(counter),
@@ -54,18 +54,22 @@ class Bench {
 
   /// @param jobs_left with this one; they share the time that is left.
   void time(const Job& job, std::size_t jobs_left) {
+    if (are_all_seen(job)) return;
     Runs runs;
+    const ProcessorWatch processors;
     const double left = deadline_.left();
     try {
       throw_if_stopped(deadline_.token());
       job.run(deadline_.token());  // builds the kernels, fills the caches
       const auto start = SteadyClock::now();
-      for (int i = 0; i < options_.repeats; ++i) {
+      while (runs.want_more(static_cast<std::size_t>(options_.repeats))) {
         throw_if_stopped(deadline_.token());
         const double spent = std::chrono::duration<double>(SteadyClock::now() - start).count();
-        if (i > 0 && spent > left / static_cast<double>(jobs_left)) break;
+        if (!runs.all.empty() && spent > left / static_cast<double>(jobs_left)) break;
         if (counter_ != nullptr) counter_->reset();
+        const WaitedShare waited(clock_);
         runs.all.push_back(timed_by_kernel(device_, clock_, [&] { job.run(deadline_.token()); }));
+        runs.are_quiet.push_back(!(waited.so_far().value_or(0) > kUsualWait));
         if (counter_ != nullptr) runs.work = counter_->work();
         runs.limits.push_back(limit_now_());
       }
@@ -80,6 +84,8 @@ class Bench {
         return;
       }
     }
+    runs.use = processors.so_far();
+    runs.keep_quiet(static_cast<std::size_t>(options_.repeats));
     if (is_shown(job.name)) add_job(job, runs);
     if (counter_ != nullptr) add_kernels(job, runs);
   }
@@ -114,8 +120,49 @@ class Bench {
   struct Runs {
     std::vector<KernelsRun> all;
     std::vector<Pace> limits;                ///< beside each
+    std::vector<bool> are_quiet;             ///< whether other programs left it the processors
     std::map<std::string, KernelWork> work;  ///< of the last one that came to its end
+    std::optional<ProcessorUse> use;
+    std::size_t left_out = 0;
+
+    std::size_t quiet() const {
+      return static_cast<std::size_t>(std::ranges::count(are_quiet, true));
+    }
+    /// Where other programs come and go, their runs are made again, up to so many times in all.
+    bool want_more(std::size_t repeats) const {
+      constexpr std::size_t kMost = 3;
+      if (all.size() < repeats) return true;
+      return quiet() < repeats && kMost * quiet() >= all.size() && all.size() < kMost * repeats;
+    }
+    bool are_busy(std::size_t repeats) const {
+      return quiet() < std::min(repeats, static_cast<std::size_t>(kLeastRuns)) &&
+             quiet() < all.size();
+    }
+    /// Leaves the other runs out, if there are enough.
+    void keep_quiet(std::size_t repeats) {
+      if (are_busy(repeats)) return;
+      left_out = all.size() - quiet();
+      for (std::size_t i = all.size(); i-- > 0;) {
+        if (are_quiet[i]) continue;
+        const auto at = static_cast<std::ptrdiff_t>(i);
+        all.erase(all.begin() + at);
+        limits.erase(limits.begin() + at);
+        are_quiet.erase(are_quiet.begin() + at);
+      }
+    }
   };
+
+  bool are_busy(const Runs& runs) const {
+    return runs.are_busy(static_cast<std::size_t>(options_.repeats));
+  }
+
+  /// Whether all that the job could show is shown.
+  bool are_all_seen(const Job& job) const {
+    if (options_.kernels.empty() || is_shown(job.name)) return false;
+    return std::ranges::all_of(job.kernels, [&](const std::string& kernel) {
+      return !is_shown(kernel) || seen_.contains({kernel, job.iterations});
+    });
+  }
 
   bool is_shown(const std::string& name) const {
     return options_.kernels.empty() || fits_any(name, options_.kernels);
@@ -145,6 +192,7 @@ class Bench {
     f.min_seconds = std::ranges::min(f.run_seconds);
     f.max_seconds = std::ranges::max(f.run_seconds);
     f.wall_seconds = base::median(std::move(wall));
+    f.runs_left_out = runs.left_out;
     return f;
   }
 
@@ -156,17 +204,13 @@ class Bench {
     return all;
   }
 
-  /// Adds the limit, and the share of it that the work reached.
-  bool is_busy() const {
-    const auto waited = waited_.so_far();
-    return waited && *waited > kUsualWait;
+  /// Null where it is not known.
+  const InstructionMix* mix_of(const std::string& kernel) const {
+    const auto mix = code_.find(kernel);
+    return mix == code_.end() ? nullptr : &mix->second;
   }
 
-  void add_share(const KernelWork& work, const std::vector<MeasuredRun>& runs,
-                 KernelFigures& f) const {
-    const auto mix = code_.find(f.kernel);
-    const JudgedShare found =
-        judged_runs(work, runs, is_busy(), mix == code_.end() ? nullptr : &mix->second);
+  static void add_share(const JudgedShare& found, KernelFigures& f) {
     f.limit = found.limit;
     f.share_of_limit = found.share;
     f.share_low = found.low;
@@ -174,12 +218,38 @@ class Bench {
     f.share_verdict = found.verdict;
   }
 
-  /// Says what limits one kernel.
-  void explain(const KernelWork& work, const MeasuredRun& last, KernelFigures& f) const {
-    if (const auto mix = code_.find(f.kernel); mix != code_.end()) f.instructions = mix->second;
-    f.limited_by =
-        limited_by(work, last.spent, last.roofs, f.limit, f.share_verdict, f.share_of_limit,
-                   f.instructions ? &*f.instructions : nullptr, is_busy());
+  /// The kernel that takes most of a job's time; empty where none does.
+  static std::string main_kernel(const Runs& runs) {
+    constexpr double kMost = 0.8;
+    const KernelsRun& last = runs.all.back();
+    for (const auto& [name, kernel] : last.kernels) {
+      if (kernel.spent.seconds > kMost * last.all.seconds) return name;
+    }
+    return {};
+  }
+
+  /// Of a job. It is judged as the kernel that takes most of its time is.
+  JudgedShare judged_job(const KernelWork& work, const std::vector<Spent>& spent,
+                         const Runs& runs) const {
+    const std::string kernel = main_kernel(runs);
+    const InstructionMix* const mix = mix_of(kernel);
+    JudgedShare found = judged_runs(work, measured_runs(spent, runs), are_busy(runs), mix);
+    const auto of_kernel = runs.work.find(kernel);
+    if (!found.share || of_kernel == runs.work.end()) return found;
+    const JudgedShare same = judged_runs(
+        of_kernel->second, measured_runs(spent_by(kernel, runs), runs), are_busy(runs), mix);
+    if (same.doubt != Doubt::none) found.share.reset(), found.verdict = same.verdict;
+    return found;
+  }
+
+  /// What a kernel took in each run; fewer than runs if it does not run each time.
+  static std::vector<Spent> spent_by(const std::string& kernel, const Runs& runs) {
+    std::vector<Spent> spent;
+    for (const KernelsRun& run : runs.all) {
+      const auto found = run.kernels.find(kernel);
+      if (found != run.kernels.end()) spent.push_back(found->second.spent);
+    }
+    return spent;
   }
 
   void add_job(const Job& job, const Runs& runs) {
@@ -199,7 +269,7 @@ class Bench {
       work.slots = *f.slots;
       work.bytes = *f.memory_bytes;
       work.is_double = f.precision == Precision::dbl;
-      add_share(work, measured_runs(spent, runs), f);
+      add_share(judged_job(work, spent, runs), f);
     }
     if (device_.info().kind == DeviceKind::gpu) f.predicted_seconds = predicted_seconds(f, limits);
     if (events_ != nullptr) {
@@ -216,24 +286,27 @@ class Bench {
     const auto counted = events_ != nullptr ? events_->kernels() : decltype(events_->kernels()){};
     for (const auto& [name, last] : runs.all.back().kernels) {
       if (!is_shown(name) || !seen_.insert({name, job.iterations}).second) continue;
-      std::vector<Spent> spent;
-      for (const KernelsRun& run : runs.all) {
-        const auto found = run.kernels.find(name);
-        if (found != run.kernels.end()) spent.push_back(found->second.spent);
-      }
+      const std::vector<Spent> spent = spent_by(name, runs);
       if (spent.size() != runs.all.size()) continue;  // it does not run each time
       KernelFigures f = figures(name, job, spent, runs);
       f.is_one_kernel = true;
       f.launches = last.launches;
-      const std::vector<MeasuredRun> measured = measured_runs(spent, runs);
-      if (const auto found = work.find(name); found != work.end()) {
-        f.precision = found->second.is_double ? Precision::dbl : Precision::single;
-        f.work_is_at_most = found->second.at_most;
-        if (found->second.slots > 0) f.slots = found->second.slots;
-        if (found->second.bytes > 0) f.memory_bytes = found->second.bytes;
-        add_share(found->second, measured, f);
+      const auto of_kernel = work.find(name);
+      const KernelWork all = of_kernel != work.end() ? of_kernel->second : KernelWork{};
+      if (of_kernel != work.end()) {
+        f.precision = all.is_double ? Precision::dbl : Precision::single;
+        f.work_is_at_most = all.at_most;
+        f.sizes = all.sizes;
+        if (all.slots > 0) f.slots = all.slots;
+        if (all.bytes > 0) f.memory_bytes = all.bytes;
       }
-      explain(work.find(name) != work.end() ? work.at(name) : KernelWork{}, measured.back(), f);
+      const InstructionMix* const mix = mix_of(name);
+      if (mix != nullptr) f.instructions = *mix;
+      const std::vector<MeasuredRun> measured = measured_runs(spent, runs);
+      const JudgedShare judged = judged_runs(all, measured, are_busy(runs), mix);
+      add_share(judged, f);
+      f.limited_by = limited_by(all, measured.back().spent, judged,
+                                {measured.back().roofs, mix, measured.size(), runs.use});
       if (const auto found = counted.find(name); found != counted.end()) {
         f.events = found->second.events;
         f.resources = found->second.resources;
@@ -247,7 +320,6 @@ class Bench {
   ProfileReport& report_;
   const Roofs& roofs_;
   WorkerClockPointer clock_;
-  WaitedShare waited_;
   const ProgressMonitor& monitor_;
   const base::Deadline& deadline_;
   WorkCounter* counter_;   ///< null: single kernels are not asked for
@@ -306,6 +378,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   const int limit_repeats = options.time_limit ? 1 : options.repeats;
   const WorkerClockPointer clock = worker_clock(device);
   const WaitedShare waited(clock);
+  const ProcessorWatch processors;
   report.limits = measure_limits(device, options.precision, limit_repeats, clock);
 
   const bool by_kernel = wants_all_jobs(options) || options.counters;
@@ -316,6 +389,9 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
       by_kernel ? measure_roofs(device, clock) : roofs_of(report.limits, options.precision);
   report.caches = roofs.caches;
   const std::vector<Job> jobs = jobs_of(device, options, report.left_out);
+  if (jobs.empty() && !options.jobs.empty()) {
+    throw OptionError("jobs", "no job has such a name and such kernels; '*' shows all names");
+  }
   if (jobs.empty() && !options.kernels.empty()) {
     throw OptionError("kernels", "no job or kernel has such a name; '*' shows all names");
   }
@@ -339,6 +415,7 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   report.fma_per_second_after =
       measure_fma(device, options.precision, limit_repeats, clock).per_second;
   report.waited_share = waited.so_far();
+  report.use = processors.so_far();
   monitor.report({"profiling", 1, 0, ""});
   return report;
 }

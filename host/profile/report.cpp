@@ -69,6 +69,8 @@ nlohmann::json to_json(const KernelFigures& f) {
       {"precision", to_string(f.precision)},
       {"is_one_kernel", f.is_one_kernel},
       {"launches", f.is_one_kernel ? nlohmann::json(f.launches) : nlohmann::json(nullptr)},
+      {"sizes", or_null(f.sizes)},
+      {"runs_left_out", f.runs_left_out},
       {"work_is_at_most", f.work_is_at_most},
       {"median_seconds", f.median_seconds},
       {"min_seconds", f.min_seconds},
@@ -124,6 +126,7 @@ nlohmann::json to_json(const ProfileReport& report) {
             {"caches", to_json(report.caches)},
             {"launch_seconds", report.limits.launch_seconds}}},
           {"waited_share", or_null(report.waited_share)},
+          {"processor_use", or_null(report.use)},
           {"disturbances", report.disturbances()},
           {"left_out", report.left_out},
           {"not_counted", report.not_counted},
@@ -175,7 +178,7 @@ std::vector<std::string> ProfileReport::disturbances() const {
                                 worst->iterations, 100 * worst->spread(), others));
   }
   for (std::string& sign :
-       signs_of_load(limits.fma_per_second, fma_per_second_after, waited_share)) {
+       signs_of_load(limits.fma_per_second, fma_per_second_after, waited_share, use)) {
     signs.push_back(std::move(sign));
   }
   const double clock = limits.clock_fma_per_second;

@@ -1,9 +1,12 @@
 #include "profile/roof.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "profile/processor_watch.hpp"
 
 namespace qjulia::profiling {
 
@@ -26,30 +29,46 @@ Roof roof_of(const KernelWork& work, const Spent& spent, const Roofs& roofs) {
 }
 
 JudgedShare judged(const std::string& limit, bool is_at_most, const std::optional<Interval>& shares,
-                   bool is_busy, const std::optional<double>& ceiling) {
+                   bool is_busy, const std::optional<CodeBounds>& bounds) {
   if (limit.empty() || !shares) return {};
   // A share is not judged if the ends of its interval differ by more than this factor.
   constexpr double kWidest = 1.25;
   const bool is_memory = limit == "memory";
   const bool is_wide = !(shares->high <= kWidest * shares->low);
-  // Shares of an idle machine scatter by less; known ceilings say more.
+  // Shares of an idle machine scatter by less; known instructions say more.
   constexpr double kWidestBeside = 1.05;
-  const bool is_changed = ceiling ? shares->middle < kAtCeiling * *ceiling
-                                  : !(shares->high <= kWidestBeside * shares->low);
-  if (is_wide || (is_busy && (is_memory || is_changed))) return {{}, {}, {}, "not now", limit};
+  const bool is_changed =
+      bounds ? shares->middle < kAtCeiling * bounds->ceiling && shares->middle > bounds->from_memory
+             : !(shares->high <= kWidestBeside * shares->low);
+  const auto not_now = [&](Doubt doubt) {
+    JudgedShare seen{{}, {}, {}, "not now", limit, doubt};
+    if (shares->low <= 1) seen.low = shares->low, seen.high = std::min(shares->high, 1.0);
+    return seen;
+  };
+  if (is_busy && (is_memory || is_wide || is_changed)) return not_now(Doubt::other_programs);
+  if (is_wide) return not_now(Doubt::spread);
   if (shares->low > 1) {
-    return {{}, {}, {}, is_memory ? "cached" : is_at_most ? "ends early" : "not now", limit};
+    if (!is_memory && !is_at_most) return not_now(Doubt::above_limit);
+    return {{}, {}, {}, is_memory ? "cached" : "ends early", limit};
   }
   return {std::min(shares->middle, 1.0), shares->low, std::min(shares->high, 1.0), "judged", limit};
 }
 
+std::optional<double> JudgedShare::seen() const {
+  if (share) return share;
+  return low ? std::optional(std::sqrt(*low * *high)) : std::nullopt;
+}
+
 std::vector<std::string> signs_of_load(double fma_before, double fma_after,
-                                       const std::optional<double>& waited_share) {
+                                       const std::optional<double>& waited_share,
+                                       const std::optional<ProcessorUse>& use) {
   std::vector<std::string> signs;
   if (waited_share && *waited_share > kUsualWait) {
+    const std::vector<std::string> others = use ? reasons(*use) : std::vector<std::string>();
     signs.push_back(fmt::format(
-        "the threads that run kernels waited for a processor for {:.0f} % of their time",
-        100 * *waited_share));
+        "the threads that run kernels waited for a processor for {:.0f} % of their time{}",
+        100 * *waited_share,
+        others.empty() ? std::string() : fmt::format(" ({})", fmt::join(others, ", "))));
   }
   if (std::abs(fma_after / fma_before - 1) > kUsualDrift) {
     signs.push_back(fmt::format("the multiply-add limit was {:.1f} G/s before and {:.1f} after",

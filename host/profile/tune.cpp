@@ -13,6 +13,7 @@
 #include "device/quirks.hpp"
 #include "profile/interval.hpp"
 #include "profile/limits.hpp"
+#include "profile/processor_watch.hpp"
 #include "profile/roof.hpp"
 #include "profile/tune_clock.hpp"
 #include "profile/worker_clock.hpp"
@@ -255,13 +256,16 @@ TuneReport tune(const Device& device, const ProfileOptions& options,
   constexpr int kRuns = 3;
   const WorkerClockPointer workers = worker_clock(device);
   const WaitedShare waited(workers);
+  const ProcessorWatch processors;
   const auto limit = [&] {
     return measure_fma(device, options.precision, kRuns, workers).per_second;
   };
   const double before = limit();
   TuneClock clock;
   clock.seconds = [](TuneBench& bench, TuneJob job) { return bench.time(job); };
-  clock.disturbances = [&] { return signs_of_load(before, limit(), waited.so_far()); };
+  clock.disturbances = [&] {
+    return signs_of_load(before, limit(), waited.so_far(), processors.so_far());
+  };
   return tune_by(clock, device, options, monitor);
 }
 

@@ -1,6 +1,14 @@
 #include "profile/work_counter.hpp"
 
 namespace qjulia::profiling {
+namespace {
+
+double pairs(const LaunchSize& size) {
+  return static_cast<double>(size.parts) * static_cast<double>(size.terms) *
+         static_cast<double>(size.points);
+}
+
+}  // namespace
 
 void WorkCounter::launched(const device::Launch& launch) {
   const std::scoped_lock lock(counting_);
@@ -12,6 +20,11 @@ void WorkCounter::launched(const device::Launch& launch) {
   all.slots += launch.work.slots;
   all.bytes += launch.work.reals * static_cast<double>(device::real_bytes(launch.precision));
   all.at_most = all.at_most || launch.work.at_most;
+  const LaunchSize& size = launch.work.size;
+  if (size.terms == 0) return;
+  if (!all.sizes) all.sizes = {size, size};
+  if (pairs(size) < pairs(all.sizes->least)) all.sizes->least = size;
+  if (pairs(size) > pairs(all.sizes->most)) all.sizes->most = size;
 }
 
 void WorkCounter::did(std::string_view kernel, double slots) {

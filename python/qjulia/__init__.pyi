@@ -706,6 +706,7 @@ def profile(
     mesh: Optional[_Mesh] = ...,
     faces: Optional[ArrayLike] = ...,
     *,
+    jobs: Union[str, Sequence[str]] = ...,
     kernels: Union[str, Sequence[str]] = ...,
     host_name: bool = ...,
     device: _Device = ...,

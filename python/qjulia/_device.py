@@ -147,9 +147,9 @@ def devices():
 
 
 def address_of(thing, kind, argument):
-    """Where OpenCL's object lies that one of pyopencl's holds.
+    """The address of the OpenCL object that an object of pyopencl holds.
 
-    Nothing else is taken: an address of another kind of object would end the process.
+    Other objects are refused, because the address of anything else would end the process.
     """
     pyopencl = sys.modules.get("pyopencl")
     if pyopencl is None or not isinstance(thing, getattr(pyopencl, kind)):

@@ -38,6 +38,7 @@ def profile(
     mesh=None,
     faces=None,
     *,
+    jobs=(),
     kernels=(),
     host_name=False,
     device=None,
@@ -53,6 +54,9 @@ def profile(
         jobs of a fit are measured with a map that is made up.
     mesh, faces
         What distances are measured to, in place of a sphere. See `fit`.
+    jobs : str or sequence of str, optional
+        Only these jobs, each with its kernels: "fit" for those of a fit with one iterate, or names as
+        `qjulia profile measure --help` has them.
     kernels : str or sequence of str, optional
         Only jobs and kernels of these names, with * and ?: "energy*,gauss*". "*" is every kernel.
     settings
@@ -74,9 +78,15 @@ def profile(
         If an option is out of range, or no kernel has such a name.
     """
     core, triangles = _measured(map, mesh, faces)
-    names = _names(kernels, "kernels")
     report = _core.profile(
-        _device.core_of(device), core, triangles, names, bool(host_name), on_progress, options
+        _device.core_of(device),
+        core,
+        triangles,
+        _names(jobs, "jobs"),
+        _names(kernels, "kernels"),
+        bool(host_name),
+        on_progress,
+        options,
     )
     return json.loads(report)
 
@@ -151,7 +161,8 @@ def doctor(*, programs=(), device=None, on_progress=None):
     -------
     dict
         What the command prints with ``--json``: "passed", "programs" with what each was compared
-        with, "driver" and "findings". A program that failed is no exception.
+        with, "driver" and "findings". A program that does not build has a "build_log", the file of
+        the compiler's log. No exception is raised for a program that failed.
 
     Raises
     ------
@@ -182,9 +193,11 @@ def profile_launch(kernel, run, *, device=None, **options):
     device : Device or str, optional
         Where it runs, such as `Device.from_opencl` gives it. Limits are measured there.
     slots : float, optional
-        Multiply-adds, multiplications and divisions of a run. 0, the default: not known.
+        How many multiply-adds, multiplications and divisions a run has. The default, 0, says that
+        the number is not known.
     bytes : float, optional
-        Read and written at least by a run. 0, the default: not known.
+        How many bytes a run reads and writes at least. The default, 0, says that the number is not
+        known.
     at_most : bool, optional
         Whether a run may end before it has done all of it.
     precision : {"single", "double"}, optional

@@ -1,6 +1,8 @@
 #include "device.hpp"
 
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "keywords.hpp"
 #include "qjulia/device/tuning_cache.hpp"
@@ -20,6 +22,13 @@ py::tuple opened(const std::string& name, const std::string& layout, bool tuned)
   }();
   return py::make_tuple(OpenDevice{std::move(found.device)}, found.warning);
 }
+
+/// How Python lets go of a device: that of a queue of pyopencl's waits for the queue.
+struct UnlockedDelete {
+  void operator()(OpenDevice* device) const {
+    destroy_unlocked([&] { delete std::exchange(device, nullptr); });
+  }
+};
 
 std::string list_text() {
   const Unlocked unlocked;
@@ -46,7 +55,7 @@ DeviceUse::DeviceUse(const OpenDevice& device) : in_use_(device.in_use) {
 }
 
 void add_device(py::module_& module) {
-  py::class_<OpenDevice>(module, "Device")
+  py::class_<OpenDevice, std::unique_ptr<OpenDevice, UnlockedDelete>>(module, "Device")
       .def_property_readonly("info",
                              [](const OpenDevice& self) {
                                return to_json(self.device.info())

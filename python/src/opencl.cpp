@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "keywords.hpp"
@@ -42,16 +43,16 @@ class PythonBufferField {
     keywords.take("precision", precision);
     keywords.take("escape", stops.escape);
     keywords.expect_no_more();
-    const DeviceUse use(device_);
+    const DeviceUse use(*device_);
     const Unlocked unlocked;
-    field_ = std::make_unique<const BufferField>(device_.device, map.map, precision, stops);
+    field_ = std::make_unique<const BufferField>(device_->device, map.map, precision, stops);
   }
 
-  /// Without Python's lock: the device's queue may wait for what another thread of Python sets.
   ~PythonBufferField() {
-    const Unlocked unlocked;
-    const OpenDevice last = std::move(device_);
-    field_.reset();
+    destroy_unlocked([&] {
+      field_.reset();
+      device_.reset();
+    });
   }
   PythonBufferField(const PythonBufferField&) = delete;
   PythonBufferField& operator=(const PythonBufferField&) = delete;
@@ -62,14 +63,14 @@ class PythonBufferField {
     const std::size_t count = count_of(given);
     int iterations = 1;
     read(n, "n", iterations);
-    const DeviceUse use(device_);
+    const DeviceUse use(*device_);
     const Unlocked unlocked;
     field_->at(at_address<cl_mem>(points), count, iterations, at_address<cl_mem>(field));
   }
 
   void gradient_at(Address points, const py::object& given, Address gradient) const {
     const std::size_t count = count_of(given);
-    const DeviceUse use(device_);
+    const DeviceUse use(*device_);
     const Unlocked unlocked;
     field_->gradient_at(at_address<cl_mem>(points), count, at_address<cl_mem>(gradient));
   }
@@ -83,7 +84,7 @@ class PythonBufferField {
     return static_cast<std::size_t>(std::min(count, kMost));
   }
 
-  OpenDevice device_;
+  std::optional<OpenDevice> device_;  ///< none while it is destroyed
   std::unique_ptr<const BufferField> field_;
 };
 

@@ -37,11 +37,12 @@ ProfileOptions measured(Keywords& keywords, const Table& table, const KeptMap* m
 }
 
 std::string profiled(const OpenDevice& device, const KeptMap* map, const TriangleMesh* mesh,
-                     const std::vector<std::string>& kernels, bool with_host,
-                     const py::object& on_progress, const py::dict& given) {
+                     const std::vector<std::string>& jobs, const std::vector<std::string>& kernels,
+                     bool with_host, const py::object& on_progress, const py::dict& given) {
   Keywords keywords("profile", given);
   ProfileOptions options = measured(keywords, profile_settings(), map, mesh);
   keywords.expect_no_more();
+  options.jobs = jobs;
   options.kernels = kernels;
   options.validate();
   nlohmann::json report;
@@ -83,6 +84,7 @@ std::string checked(const OpenDevice& device, const std::string& programs,
     const tools::ProcessChecks checks = tools::check_here(device.device, programs, monitor);
     report = tools::doctor_report(device.device, facts, checks,
                                   tools::doctor_findings(device.device, facts, checks));
+    tools::keep_build_logs(checks.report, report);
   });
   return report_text(report);
 }

@@ -5,6 +5,8 @@
 
 #include <stop_token>
 
+#include "qjulia/base/error.hpp"
+
 namespace qjulia::python {
 
 /// Lets go of Python's lock while it lives, so that other threads run. Threads that ask for the
@@ -29,6 +31,19 @@ class Unlocked {
   Counted counted_;
   pybind11::gil_scoped_release release_;
 };
+
+/// Destroys what may wait for a device, without Python's lock: the device may wait for what another
+/// thread of Python does. With the lock where Python has begun to end.
+template <class Destroy>
+void destroy_unlocked(const Destroy& destroy) {
+  try {
+    const Unlocked unlocked;
+    destroy();
+    return;
+  } catch (const Interrupted&) {
+  }
+  destroy();
+}
 
 /// Asks for a stop when Python ends.
 std::stop_token end_of_python();

@@ -221,7 +221,7 @@ class Calls:
             ),
             "profile": (
                 lambda **k: settings_of_profile(qjulia.profile(**(k or {"repeats": 1, "time_limit": 1e-6}))),
-                [{**hear, **examples("profile_settings"), "kernels": "energy*", "host_name": True}],
+                [{**hear, **examples("profile_settings"), "jobs": "fit", "kernels": "energy*", "host_name": True}],
             ),
             "tune": (
                 lambda **k: settings_of_tuning(qjulia.tune(**{**SMALL, "keep": False, **k})),

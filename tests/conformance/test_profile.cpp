@@ -6,13 +6,17 @@
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
+#include "energy/cost.hpp"
+#include "energy/evaluator.hpp"
 #include "profile/code_sampler.hpp"
 #include "profile/instruction_counts.hpp"
 #include "profile/kernel_counter.hpp"
 #include "profile/limits.hpp"
 #include "profile/prediction.hpp"
+#include "profile/work_counter.hpp"
 #include "profile/worker_clock.hpp"
 #include "profile/workload.hpp"
 #include "qjulia/base/error.hpp"
@@ -106,6 +110,48 @@ TEST_CASE("every share is judged or has a reason why not, and none is above 1") 
     CHECK(*f.share_low == Catch::Approx(std::min(shares[0], shares[1])));
     CHECK(*f.share_of_limit == Catch::Approx(std::min(1.0, std::sqrt(shares[0] * shares[1]))));
   }
+}
+
+TEST_CASE("the gradient's work is of the samples that it does not leave out") {
+  const profiling::Workload work = profiling::make_workload(small());
+  energy::Samples samples = work.samples;
+  for (std::size_t i = 0; i < 1000; ++i) samples.weight[i] = 0;  // their cotangent is 0
+  const auto evaluator = energy::make_device_evaluator(
+      test::shared_device(), samples, {.escape = profiling::kNoEscape}, Precision::single);
+  profiling::WorkCounter counter;
+  const energy::Evaluation unwatched = evaluator->evaluate(work.map, true);
+  {
+    const device::WatchedLaunches watched(counter);
+    const energy::Evaluation seen = evaluator->evaluate(work.map, true);
+    CHECK(seen.energy == unwatched.energy);
+    CHECK(seen.gradient == unwatched.gradient);
+  }
+  const profiling::KernelWork& done = counter.work().at("gradient_potential");
+  CHECK(done.slots == 2000 * 40 * cost::kPotentialGradient);
+  CHECK_FALSE(done.at_most);
+  REQUIRE(done.sizes);
+  CHECK(done.sizes->most.terms == 40);
+  CHECK(done.sizes->most.points >= 3000);  // whole vectors
+}
+
+TEST_CASE("the jobs of a fit are measured alone, with rows of their kernels and one verdict") {
+  ProfileOptions options = small();
+  options.jobs = {"fit"};
+  options.kernels = {"energy*", "panel_products*"};
+  const ProfileReport report = profile(test::shared_device(), options);
+  std::set<std::string> names;
+  for (const KernelFigures& f : report.kernels) {
+    names.insert(f.kernel);
+    CHECK(f.iterations == 1);
+    CHECK(f.sizes.has_value() == f.is_one_kernel);
+  }
+  CHECK(names.contains("energy"));
+  CHECK(names.contains("energy_terms"));
+  CHECK(names.size() == 3);  // and the products, whichever kernel makes them here
+  // The job has one kernel, and the same runs.
+  CHECK(report.kernels[0].share_verdict == report.kernels[1].share_verdict);
+  options.jobs = {"fits"};
+  CHECK_THROWS_AS(profile(test::shared_device(), options), OptionError);
 }
 
 TEST_CASE("CPU seconds are those of the threads that run kernels, and not of others") {

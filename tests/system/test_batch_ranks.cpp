@@ -1,4 +1,5 @@
-/// Batches under mpirun.
+/// Batches under mpirun. Loops of the scripts below end after some five minutes: what they wait for
+/// may never come.
 
 #include <fmt/format.h>
 
@@ -58,9 +59,11 @@ TEST_CASE("what a killed rank worked on is done on resume") {
   const std::string script = folder.file("rank.sh", R"(
 if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
   # The process that becomes rank 1 is killed while it works on an entry and another is done.
-  (until grep -qs '"done"' "$2"/*.status.json &&
-     grep -qs '"running"' $(grep -ls "\"process\": $$[,}]" "$2"/*.status.json)
-   do sleep 0.01; done; kill -9 $$) &
+  (for _ in $(seq 30000); do
+     grep -qs '"done"' "$2"/*.status.json &&
+       grep -qs '"running"' $(grep -ls "\"process\": $$[,}]" "$2"/*.status.json) && break
+     sleep 0.01
+   done; kill -9 $$) &
 fi
 exec "$QJULIA" batch run "$1" -o "$2"
 )");
@@ -89,8 +92,10 @@ TEST_CASE("a rank that is stopped is given up in the stated time, and others do 
   const std::string out = folder / "out";
   const std::string script = folder.file("rank.sh", R"(
 if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
-  (until grep -qs '"running"' $(grep -ls "\"process\": $$[,}]" "$2"/*.status.json)
-   do sleep 0.01; done; kill -STOP $$; date +%s.%N > "$3") &
+  (for _ in $(seq 30000); do
+     grep -qs '"running"' $(grep -ls "\"process\": $$[,}]" "$2"/*.status.json) && break
+     sleep 0.01
+   done; kill -STOP $$; date +%s.%N > "$3") &
 fi
 exec "$QJULIA" batch run "$1" -o "$2" --rank-timeout 3 --events "$2.jsonl"
 )");
@@ -125,10 +130,14 @@ TEST_CASE("a rank that goes on after it was given up leaves others' files as the
   // It goes on when another process has done its entry, and others are left.
   const std::string script = folder.file("rank.sh", R"(
 if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
-  (until file=$(grep -ls "\"process\": $$[,}]" "$2"/*.status.json) && grep -qs '"running"' $file
-   do sleep 0.01; done; kill -STOP $$
-   until grep -qs '"done"' $file && ! grep -qs "\"process\": $$[,}]" $file
-   do sleep 0.01; done; echo $$ $file > "$3"; kill -CONT $$) &
+  (for _ in $(seq 30000); do
+     file=$(grep -ls "\"process\": $$[,}]" "$2"/*.status.json) && grep -qs '"running"' $file && break
+     sleep 0.01
+   done; kill -STOP $$
+   for _ in $(seq 30000); do
+     grep -qs '"done"' $file && ! grep -qs "\"process\": $$[,}]" $file && break
+     sleep 0.01
+   done; echo $$ $file > "$3"; kill -CONT $$) &
 fi
 exec "$QJULIA" batch run "$1" -o "$2" --rank-timeout 1
 )");

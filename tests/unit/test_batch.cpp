@@ -11,9 +11,11 @@
 #include <catch2/catch_all.hpp>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <latch>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -24,6 +26,7 @@
 #include "base/output_file.hpp"
 #include "batch/batch.hpp"
 #include "batch/energy_meter.hpp"
+#include "batch/entry_keys.hpp"
 #include "batch/event_log.hpp"
 #include "batch/folder_lock.hpp"
 #include "batch/round.hpp"
@@ -256,6 +259,42 @@ TEST_CASE("an entry is begun when the one it follows is done, and its key is of 
   CHECK(run_with_three() == std::vector<std::string>{"a"});  // it is made again as it was
   inputs["a"] = "";  // a mesh that has vanished does not undo what was made of it
   CHECK(run_with_three().empty());
+}
+
+TEST_CASE("meshes are read side by side for the keys of entries") {
+  batch::Manifest manifest = manifest_of({"a", "b"});
+  std::mutex counting;
+  std::condition_variable changed;
+  int reading = 0, together = 0;
+  batch::BatchOptions options;
+  options.key = [&](const batch::BatchEntry& entry) {
+    std::unique_lock lock(counting);
+    ++reading;
+    changed.notify_all();
+    if (changed.wait_for(lock, std::chrono::seconds(60), [&] { return reading == 2; })) ++together;
+    return batch::FitKey{entry.name, "options"};
+  };
+  batch::EntryKeys keys(manifest, options);
+  {
+    const std::jthread other([&] { CHECK(keys.of(1).inputs == "b"); });
+    CHECK(keys.of(0).inputs == "a");
+  }
+  CHECK(together == 2);
+}
+
+TEST_CASE("an entry begins whatever has become of the status file of the one before it") {
+  const TemporaryFolder folder;
+  batch::Manifest manifest = manifest_of({"a", "b"});
+  manifest.entries[1].follows = "a";
+  const batch::BatchOptions options = options_for(folder);
+  const auto lock = batch::prepare_batch(manifest, options);
+  batch::run_batch(manifest, {device("one", write_map)}, options,
+                   [&](const batch::BatchEvent& event) {
+                     if (event.kind != batch::BatchEvent::Kind::started) return;
+                     if (event.status->name != "b") return;
+                     std::filesystem::remove(folder.path() / "a.status.json");
+                   });
+  CHECK(status_of(folder, "b").state == batch::EntryState::done);
 }
 
 TEST_CASE("an entry fails where the one it follows has failed, and both are tried again") {

@@ -106,7 +106,7 @@ TEST_CASE("a command's share lies between those by the limits before and after i
   CHECK_THAT(to_text(loaded(0, 1.2e10)), ContainsSubstring("45.6 % (41.7 to 50.0) fma"));
   const CommandProfile unclear = loaded(0, 2e10);
   CHECK_FALSE(unclear.kernels[0].share_of_limit);
-  CHECK_THAT(to_text(unclear), ContainsSubstring("not now fma"));
+  CHECK_THAT(to_text(unclear), ContainsSubstring("not now (25.0 to 50.0) fma"));
   CHECK(to_json(unclear)["kernels"][0]["share_of_limit"].is_null());
 }
 
@@ -134,15 +134,35 @@ TEST_CASE("no share is above 1") {
   CHECK(shown("", false, {1, 1, 1}).verdict.empty());
 }
 
-TEST_CASE("beside other programs only kernels at their ceiling are judged") {
-  const auto verdict = [](const Interval& shares, bool is_busy, std::optional<double> ceiling) {
-    return judged("fma", false, shares, is_busy, ceiling).verdict;
+TEST_CASE("beside other programs only kernels that cannot wait for data are judged") {
+  const auto verdict = [](const Interval& shares, bool is_busy, std::optional<CodeBounds> bounds) {
+    return judged("fma", false, shares, is_busy, bounds).verdict;
   };
-  CHECK(verdict({0.58, 0.59, 0.62}, true, 0.57) == "judged");
-  CHECK(verdict({0.50, 0.51, 0.52}, true, 1.0) == "not now");  // its data may have been driven out
-  CHECK(verdict({0.50, 0.51, 0.52}, false, 1.0) == "judged");
+  CHECK(verdict({0.58, 0.59, 0.62}, true, CodeBounds{0.57, 0.1}) == "judged");  // at its ceiling
+  // Its data may have been driven out of the caches, unless memory gives it as fast.
+  CHECK(verdict({0.50, 0.51, 0.52}, true, CodeBounds{1.0, 0.2}) == "not now");
+  CHECK(verdict({0.50, 0.51, 0.52}, true, CodeBounds{1.0, 0.6}) == "judged");
+  CHECK(verdict({0.50, 0.51, 0.52}, false, CodeBounds{1.0, 0.2}) == "judged");
   CHECK(verdict({0.50, 0.51, 0.52}, true, std::nullopt) == "judged");
   CHECK(verdict({0.50, 0.53, 0.56}, true, std::nullopt) == "not now");
+}
+
+TEST_CASE("a share that is not judged says what was seen and why it is doubted") {
+  const auto of = [](const Interval& shares, bool is_busy, const CodeBounds& bounds) {
+    return judged("fma", false, shares, is_busy, bounds);
+  };
+  const JudgedShare beside = of({0.50, 0.51, 0.52}, true, {1.0, 0.2});
+  CHECK_FALSE(beside.share);
+  CHECK((beside.low == 0.50 && beside.high == 0.52));
+  CHECK(beside.doubt == Doubt::other_programs);
+  CHECK(of({0.5, 0.6, 0.7}, false, {}).doubt == Doubt::spread);
+  const JudgedShare above = of({1.1, 1.2, 1.3}, false, {});
+  CHECK(above.doubt == Doubt::above_limit);
+  CHECK_FALSE(above.low);  // no share is above 1
+  CHECK(of({0.9, 1.1, 1.3}, false, {}).high == 1);
+  CHECK(verdict_text("not now", 0.541, 0.58) == "not now (54.1 to 58.0)");
+  CHECK(verdict_text("cached", {}, {}) == "cached");
+  CHECK(verdict_text("", {}, {}) == "-");
 }
 
 TEST_CASE("CPU seconds between two samples are divided among the kernels that ran then") {

@@ -122,34 +122,79 @@ TEST_CASE("what limits a kernel is named with its ceiling") {
   KernelWork work;
   work.slots = 1e9;
   const Spent spent{0.02, 0.02};
-  const auto said = [&](double share) {
-    return limited_by(work, spent, roofs(), "fma", "judged", share, &mix, false);
+  const auto said = [&](double share, const InstructionMix* code) {
+    const JudgedShare judged{share, share, share, "judged", "fma"};
+    return limited_by(work, spent, judged, {roofs(), code, 5});
   };
-  CHECK(said(0.55) ==
-        "vector operations: 13 of 23 vector operations are multiply-adds, multiplications or "
-        "divisions, so the ceiling is 57 %; 55 % is reached; a loop of 97 % of its time, with 5 "
-        "loads and 0 stores");
+  CHECK(said(0.55, &mix) ==
+        "vector operations: of a pass of its main loop (97 % of its time), 13 of 23 vector "
+        "operations are multiply-adds, multiplications or divisions, beside 5 loads and 0 stores, "
+        "so the ceiling is 57 %; 55 % is reached");
   // 208 multiply-adds take 2.08 ns; 320 bytes take 0.8 ns of L2, 6.4 of L3 and 32 of memory.
-  CHECK_THAT(said(0.3), ContainsSubstring("waiting, for data or earlier results") &&
-                            ContainsSubstring("100 % from L2, 32 % from L3, 6 % from memory"));
-  CHECK_THAT(said(0.9), ContainsSubstring("more than these operations"));
+  // 1 / .40 = p / .325 + (1 - p): p = .72
+  CHECK_THAT(said(0.40, &mix),
+             ContainsSubstring("waiting, for data or earlier results") &&
+                 ContainsSubstring("100 % from L2, 32 % from L3, 6 % from memory: it is as fast as "
+                                   "if 72 % came from L3 and the rest from L2"));
+  // 1 / .30 = p / .065 + (1 - p) / .325: p = .021
+  CHECK_THAT(said(0.30, &mix), ContainsSubstring("if 2 % came from memory and the rest from L3"));
+  CHECK_THAT(said(0.05, &mix), ContainsSubstring("even memory would give its data faster"));
+  CHECK_THAT(said(0.9, &mix), ContainsSubstring("more than these operations"));
   mix.loads = 50;  // 2 loads a multiply-add: 13 take as long as 26 loads
   CHECK(load_ceiling(mix, roofs(), false) == Catch::Approx(0.52));
-  CHECK_THAT(said(0.5), ContainsSubstring("loads and stores: 13 of 23") &&
-                            ContainsSubstring("the ceiling is 52 % for its loads and stores"));
-  CHECK(limited_by(work, spent, roofs(), "fma", "judged", 0.5, nullptr, false).empty());
-  CHECK_THAT(limited_by(work, spent, roofs(), "fma", "not now", {}, &mix, true),
-             ContainsSubstring("cannot be judged now: other programs"));
-  CHECK_THAT(limited_by(work, spent, roofs(), "fma", "not now", {}, &mix, false),
-             ContainsSubstring("its runs differ too much") && !ContainsSubstring("programs"));
+  CHECK_THAT(said(0.5, &mix),
+             ContainsSubstring("loads and stores: of a pass") &&
+                 ContainsSubstring("the ceiling is 52 % for its loads and stores"));
+  CHECK(said(0.5, nullptr).empty());
+}
+
+TEST_CASE("a share that is not judged is shown with its cause, what to do, and what limits it") {
+  InstructionMix mix;
+  mix.multiply_adds = 16;
+  mix.slot_bytes = 16 * 64;
+  mix.data_bytes = 10 * 64;
+  KernelWork work;
+  work.slots = 1e9;
+  const auto said = [&](Doubt doubt, std::size_t runs, const InstructionMix* code,
+                        const std::optional<ProcessorUse>& use = {}) {
+    const JudgedShare judged{{}, 0.2, 0.5, "not now", "fma", doubt};
+    return limited_by(work, {0.02, 0.02}, judged, {roofs(), code, runs, use});
+  };
+  CHECK_THAT(said(Doubt::other_programs, 7, &mix, ProcessorUse{10, 4, 2.5}),
+             ContainsSubstring("waiting") && ContainsSubstring("the ceiling is 100 %") &&
+                 ContainsSubstring("20 to 50 % was seen in 7 runs") &&
+                 ContainsSubstring("came from L3") &&
+                 ContainsSubstring("not judged now, because other programs had 2.5 of 4 "
+                                   "processors: alone it reaches as much or more; close other "
+                                   "programs and repeat it"));
+  CHECK_THAT(said(Doubt::other_programs, 7, &mix, ProcessorUse{10, 4, 0, 0, 3, 1.5}),
+             ContainsSubstring("stopped this program 3 times, for 1.5 s") &&
+                 ContainsSubstring("raise the quota"));
+  CHECK_THAT(said(Doubt::other_programs, 7, nullptr), ContainsSubstring("its threads waited"));
+  CHECK(said(Doubt::spread, 7, nullptr) ==
+        "20 to 50 % was seen in 7 runs; not judged, because its runs lie too far apart; repeat it "
+        "with more runs");
+  CHECK_THAT(said(Doubt::spread, 0, nullptr),
+             ContainsSubstring("the limits before and after the command"));
+  CHECK_THAT(said(Doubt::above_limit, 7, nullptr), ContainsSubstring("faster than the limit"));
 }
 
 TEST_CASE("a kernel is limited by the cache or the memory that its data comes from") {
   KernelWork work;
   work.bytes = 8e8;
   const Spent spent{0.02, 0.04};
-  CHECK(limited_by(work, spent, roofs(), "memory", "cached", {}, nullptr, false) ==
+  CHECK(limited_by(work, spent, {{}, {}, {}, "cached", "memory"}, {roofs()}) ==
         "caches: 40 GB/s of its data, which is 80 % of what L3 gives");
-  CHECK_THAT(limited_by(work, spent, roofs(), "memory", "judged", 0.9, nullptr, false),
-             ContainsSubstring("memory: 90 % of the copy's bandwidth"));
+  CHECK_THAT(limited_by(work, spent, {0.9, 0.9, 0.9, "judged", "memory"}, {roofs()}),
+             ContainsSubstring("memory: 90 % is reached of the copy's bandwidth"));
+}
+
+TEST_CASE("the sizes of a kernel's launches are said with what they have in common") {
+  CHECK(size_text({}).empty());
+  CHECK(size_text(LaunchSizes{{1, 992, "factors", 64}, {1, 992, "factors", 64}}) ==
+        "992 factors x 64 points");
+  CHECK(size_text(LaunchSizes{{1, 992, "factors", 64}, {1, 992, "factors", 128}}) ==
+        "992 factors x 64 to 128 points");
+  CHECK(size_text(LaunchSizes{{1, 64, "unknowns", 1024}, {8, 672, "unknowns", 1024}}) ==
+        "64 unknowns x 1024 points to 8 x 672 unknowns x 1024 points");
 }

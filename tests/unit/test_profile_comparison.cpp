@@ -7,6 +7,7 @@
 
 #include "benchmark/alternated.hpp"
 #include "benchmark/profile_comparison.hpp"
+#include "benchmark/profile_page.hpp"
 #include "qjulia/base/error.hpp"
 
 using namespace qjulia;
@@ -384,4 +385,13 @@ TEST_CASE("what cannot be compared is refused by name") {
     options.confidence = confidence;
     CHECK_THROWS_WITH(compare_profiles(good, good, options), ContainsSubstring("--confidence"));
   }
+}
+
+TEST_CASE("a file of --profile is refused with what to measure in its place") {
+  const json of_command{{"kernels", json::array()}, {"stages", json::array()}};
+  CHECK_THROWS_WITH(compare_profiles(of_command, of_command, {}),
+                    ContainsSubstring("OLD is what one command wrote for --profile") &&
+                        ContainsSubstring("--jobs fit --json"));
+  CHECK_THROWS_WITH(profile_page({{"fit.json", of_command}}),
+                    ContainsSubstring("'fit.json' is what one command wrote"));
 }

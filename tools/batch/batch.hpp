@@ -142,8 +142,8 @@ struct EntryStatus {
   /// The most memory that the process had at once since it last began an entry while no other ran,
   /// thus at least in this run; 0 where the system does not say.
   std::uint64_t memory_bytes = 0;
-  /// That the device took in this run, with what else ran on it; none where the system does not
-  /// say. Entries that run side by side on a device get equal parts.
+  /// The energy that the device took during this run, whatever else ran on it; none where the
+  /// system does not say. Entries that run at the same time on one device share it equally.
   std::optional<double> joules;
   std::string error;
   std::vector<FailedTry> failed_tries;

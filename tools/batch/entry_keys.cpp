@@ -1,6 +1,7 @@
 #include "batch/entry_keys.hpp"
 
 #include <string>
+#include <utility>
 
 #include "base/fnv_hash.hpp"
 
@@ -17,25 +18,34 @@ EntryKeys::EntryKeys(const Manifest& manifest, const BatchOptions& options)
 }
 
 FitKey EntryKeys::of(std::size_t index) {
-  const std::lock_guard lock(mutex_);
-  // From the nearest entry whose key is known to this one.
+  // From this entry back to the nearest one whose key is known.
   std::vector<std::size_t> path{index};
-  while (before_[path.back()] && !known_.contains(*before_[path.back()])) {
-    path.push_back(*before_[path.back()]);
+  std::optional<FitKey> earlier;
+  while (before_[path.back()]) {
+    const std::size_t before = *before_[path.back()];
+    if ((earlier = known(before))) break;
+    path.push_back(before);
   }
-  FitKey key;
   for (auto i = path.rbegin(); i != path.rend(); ++i) {
-    key = options_.key(manifest_.entries[*i]);
-    if (const auto& before = before_[*i]) {
-      const FitKey& earlier = known_.at(*before);
+    // Reads a mesh: other threads may read theirs meanwhile.
+    FitKey key = options_.key(manifest_.entries[*i]);
+    if (earlier) {
       base::FnvHash hash;
-      hash.add(earlier.inputs + " " + earlier.options + " " + key.inputs);
-      const bool is_missing = key.inputs.empty() || earlier.inputs.empty();
+      hash.add(earlier->inputs + " " + earlier->options + " " + key.inputs);
+      const bool is_missing = key.inputs.empty() || earlier->inputs.empty();
       key.inputs = is_missing ? std::string() : hash.text();
     }
+    const std::lock_guard lock(mutex_);
     known_[*i] = key;
+    earlier = std::move(key);
   }
-  return key;
+  return *earlier;
+}
+
+std::optional<FitKey> EntryKeys::known(std::size_t index) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = known_.find(index);
+  return found == known_.end() ? std::nullopt : std::optional(found->second);
 }
 
 }  // namespace qjulia::batch

@@ -25,11 +25,13 @@ class EntryKeys {
   FitKey of(std::size_t index);
 
  private:
+  std::optional<FitKey> known(std::size_t index) const;
+
   const Manifest& manifest_;
   const BatchOptions& options_;
   std::vector<std::optional<std::size_t>> before_;
-  std::mutex mutex_;
-  std::map<std::size_t, FitKey> known_;  ///< of entries that others follow
+  mutable std::mutex mutex_;
+  std::map<std::size_t, FitKey> known_;  ///< keys so far, which those of followers are made of
 };
 
 }  // namespace qjulia::batch

@@ -206,6 +206,7 @@ std::vector<Settled> Queue::place_back(std::size_t rank, const RoundMessage& mes
   std::vector<Settled> settled;
   for (const auto& [index, state] : message.put_back) {
     places_.at(index) = is_settled(state) ? Place::settled : Place::open;
+    if (state == EntryState::failed) failed_.insert(index);
     if (!is_settled(state)) continue;
     if (rank == rank_) {
       settled.push_back(std::move(settled_here_.extract(index).mapped()));
@@ -296,6 +297,12 @@ std::optional<EntryStatus> Queue::settled_status(std::size_t index) {
 
 bool Queue::all_settled() const {
   return std::ranges::all_of(places_, [](Place p) { return p == Place::settled; });
+}
+
+bool Queue::has_start(std::size_t index) const {
+  const std::lock_guard lock(mutex_);
+  const auto before = keys_.before(index);
+  return !before || (places_[*before] == Place::settled && !failed_.contains(*before));
 }
 
 std::vector<EntryStatus> Queue::unsaved() const {

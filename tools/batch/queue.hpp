@@ -70,6 +70,9 @@ class Queue {
   /// The entry's key, as its mesh is now. @throws what `BatchOptions::key` throws
   FitKey key_of(std::size_t index) { return keys_.of(index); }
 
+  /// Whether the entry that this one follows has a map; true where it follows none.
+  bool has_start(std::size_t index) const;
+
   /// Entries whose last state could not be written.
   std::vector<EntryStatus> unsaved() const;
 
@@ -114,6 +117,7 @@ class Queue {
   bool has_news_ = false;
   EntryKeys keys_;
   std::vector<Place> places_;
+  std::set<std::size_t> failed_;                  ///< of those that are settled
   std::map<std::size_t, std::size_t> takers_;     ///< the ranks that have what is taken, by entry
   std::set<std::size_t> lost_;                    ///< ranks
   std::set<std::size_t> ready_;                   ///< ranks: see `RoundMessage::is_ready`

@@ -171,9 +171,7 @@ struct Runner {
     status.started = time_stamp();
     write_status(options.folder, status);
     tell(Kind::started, &status);
-    if (entry.follows.empty()) return;
-    const auto before = read_status(options.folder, entry.follows);
-    if (before && before->state == EntryState::done) return;
+    if (queue.has_start(index)) return;
     throw Error(fmt::format("the frame before it, '{}', has no map to start from", entry.follows));
   }
 
@@ -307,7 +305,7 @@ std::vector<EntryStatus> run_batch(const Manifest& manifest,
   // Told of at the end: telling takes memory, and it may be memory that there is too little of.
   std::vector<std::exception_ptr> failures(devices.size());
   std::atomic<int> running = 0;
-  std::stop_source end;  // where the queue fails, runners need not end what they do
+  std::stop_source end;  // stops the runners: a stop is asked for, or the queue has failed
   const std::stop_callback at_stop(stop, [&] { end.request_stop(); });
   {
     std::vector<std::jthread> threads;

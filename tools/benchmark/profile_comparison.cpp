@@ -88,6 +88,7 @@ KernelRuns kernel_runs(const json& kernel, const std::string& which) {
 }
 
 Profile read_profile(const json& all, const std::string& which) {
+  expect_measured(all, which);
   Profile profile{which, {}, {}};
   try {
     const json& device = all.at("device");
@@ -270,6 +271,14 @@ std::string to_string(Verdict verdict) {
       break;
   }
   return "undecided";
+}
+
+void expect_measured(const json& report, const std::string& name) {
+  if (!report.is_object() || !report.contains("stages")) return;
+  throw InputError(fmt::format(
+      "{} is what one command wrote for --profile; this reads reports that repeat each kernel: "
+      "those of 'qjulia profile measure MAP --jobs fit --json', of the fit's map",
+      name));
 }
 
 ProfileComparison compare_profiles(const json& before, const json& after,

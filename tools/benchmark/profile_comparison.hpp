@@ -37,6 +37,10 @@ std::string to_string(Clock clock);
 enum class Verdict { same, faster, slower, undecided };
 std::string to_string(Verdict verdict);
 
+/// @throws InputError where it is what a command wrote for --profile, which has no runs to compare.
+/// @param name of the report.
+void expect_measured(const nlohmann::json& report, const std::string& name);
+
 struct KernelComparison {
   std::string kernel;
   int iterations = 1;

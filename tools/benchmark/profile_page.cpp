@@ -12,6 +12,7 @@
 #include "base/median.hpp"
 #include "benchmark/profile_comparison.hpp"
 #include "qjulia/base/error.hpp"
+#include "qjulia/profile/profile.hpp"
 #include "report/html.hpp"
 #include "report/plot.hpp"
 
@@ -256,7 +257,15 @@ std::string roofline_of(const json& report) {
 
 std::string share_text(const json& kernel) {
   const json& share = kernel.at("share_of_limit");
-  if (!share.is_number()) return text_of(kernel.at("share_verdict"));
+  if (!share.is_number()) {
+    const auto number = [&](const char* name) {
+      const json& value = kernel.at(name);
+      return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+    };
+    const json& verdict = kernel.at("share_verdict");
+    return verdict_text(verdict.is_string() ? verdict.get<std::string>() : std::string(),
+                        number("share_low"), number("share_high"));
+  }
   return fmt::format("{:.1f} % ({:.1f} to {:.1f})", 100 * share.get<double>(),
                      100 * kernel.at("share_low").get<double>(),
                      100 * kernel.at("share_high").get<double>());
@@ -301,6 +310,7 @@ std::string verdicts(const std::vector<NamedProfile>& profiles) {
 
 std::string profile_page(std::vector<NamedProfile> profiles) {
   for (const NamedProfile& profile : profiles) {
+    expect_measured(profile.report, "'" + profile.name + "'");
     try {
       facts_of(profile.report);
       for (const json& kernel : profile.report.at("kernels")) {

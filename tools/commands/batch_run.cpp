@@ -331,10 +331,10 @@ void describe_batch(Command command, BatchArguments& a) {
       .offers({"auto"});
   command.word(
       "--shard", "I/N", [&a](const std::string& text) { a.shard = batch::shard_of(text); },
-      "Only the fits I, I + N, I + 2N … of the manifest, in FOLDER/shard-I-of-N; 'batch merge' "
-      "puts "
-      "the shards together. Default: the whole batch, and in an array of Slurm the shard that its "
-      "variables say");
+      "Only the fits I, I + N, I + 2N … of the manifest, in FOLDER/shard-I-of-N; a sequence counts "
+      "as one fit, so that one shard does all of its frames. 'batch merge' puts the shards "
+      "together. Default: the whole batch, and in an array of Slurm the shard that its variables "
+      "say");
   command
       .file("--events", a.events, "FILE.jsonl",
             "Also write what happens, when it happens, a JSON object a line: starts, ends, errors, "

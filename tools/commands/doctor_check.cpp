@@ -8,8 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "base/output_file.hpp"
-#include "base/temporary_folder.hpp"
 #include "commands/doctor_commands.hpp"
 #include "console/failure.hpp"
 #include "jobs/check_process.hpp"
@@ -23,28 +21,6 @@ namespace {
 
 struct DoctorCheckArguments : DoctorArguments {
   std::optional<int> checks_from;  ///< in a process for the checks: the first of them
-};
-
-/// Where compilers' logs of programs that do not build are kept: a new folder that only this user
-/// can enter, made with the first log.
-class LogFolder {
- public:
-  /// The log's file; empty where it cannot be written.
-  std::string keep(const ProgramCheck& check) {
-    try {
-      if (path_.empty()) path_ = base::new_temporary_folder("qjulia-doctor");
-      const auto file = path_ / fmt::format("{}-{}.log", check.program, to_string(check.precision));
-      base::write_file(file, check.problem + "\n");
-      return file.string();
-    } catch (const OutputError&) {
-      return {};
-    } catch (const std::filesystem::filesystem_error&) {
-      return {};
-    }
-  }
-
- private:
-  std::filesystem::path path_;
 };
 
 std::string line(const ProgramCheck& check, const std::string& log) {
@@ -89,12 +65,9 @@ int run_doctor_check(const DoctorCheckArguments& arguments, Session& session) {
   const auto findings = doctor_findings(device, facts, checks);
   std::string text = about(device, facts);
   nlohmann::json json = doctor_report(device, facts, checks, findings);
-  LogFolder logs;
+  keep_build_logs(report, json);
   for (std::size_t i = 0; i < report.checks.size(); ++i) {
-    const ProgramCheck& check = report.checks[i];
-    const std::string log = check.is_built ? std::string() : logs.keep(check);
-    text += line(check, log) + "\n";
-    if (!log.empty()) json["programs"][i]["build_log"] = log;
+    text += line(report.checks[i], json["programs"][i].value("build_log", "")) + "\n";
   }
   text += describe(checks.built) + "\n" + describe(checks.waited) + "\n" + findings_text(findings);
   write_junit(arguments.junit, {{to_string(device.layout()), json}});

@@ -49,6 +49,14 @@ void add_kernels(Command command, MeasuredArguments& arguments) {
       "'energy*,gauss*'. '*' is every kernel, also without a map");
 }
 
+void add_jobs(Command command, MeasuredArguments& arguments) {
+  command.word(
+      "--jobs", "NAMES", [&arguments](const std::string& text) { arguments.jobs = text; },
+      "Only these jobs, and a row for each of their kernels: 'fit' for those of a fit with one "
+      "iterate (energy, gradient, preconditioner, matrix_diagonal, pursuit), and gauss_newton, "
+      "distance, level_set, surface, ray_march; with *, ? and commas, as --kernels");
+}
+
 void add_export(Command command, MeasuredArguments& arguments,
                 const std::vector<std::string>& formats) {
   command.word(
@@ -82,6 +90,7 @@ std::vector<std::filesystem::path> inputs_of(const MeasuredArguments& arguments)
 ProfileOptions read_measured(const MeasuredArguments& arguments, Session& session) {
   ProfileOptions options = arguments.options;
   if (!arguments.kernels.empty()) options.kernels = base::split(arguments.kernels, ',');
+  if (!arguments.jobs.empty()) options.jobs = base::split(arguments.jobs, ',');
   options.validate();
   if (!arguments.map.empty()) options.map = session.read_map(arguments.map);
   if (!arguments.mesh.empty()) options.mesh = session.read_mesh(arguments.mesh);

@@ -26,6 +26,7 @@ struct MeasuredArguments {
   ProfileOptions options;
   std::string map, mesh;  ///< files; empty: made up
   std::string kernels;    ///< patterns with commas between them; empty: not chosen
+  std::string jobs;       ///< as well
   TrustedDevice device;
   std::string format;      ///< in place of the table; empty: none
   bool with_host = false;  ///< the report says the host's name
@@ -50,6 +51,8 @@ void add_measured_files(Command command, MeasuredArguments& arguments);
 
 /// --kernels.
 void add_kernels(Command command, MeasuredArguments& arguments);
+/// --jobs.
+void add_jobs(Command command, MeasuredArguments& arguments);
 
 /// The files that are read.
 std::vector<std::filesystem::path> inputs_of(const MeasuredArguments& arguments);

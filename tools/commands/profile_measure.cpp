@@ -67,6 +67,7 @@ int run_measure(const MeasureArguments& arguments, Session& session) {
 
 void describe_measure(Command command, MeasureArguments& a) {
   add_measured_files(command, a);
+  add_jobs(command, a);
   add_kernels(command, a);
   const auto& counters = setting_named(profile_settings(), "counters", "profiles");
   add_setting(command, counters, counters.place(a.options));

@@ -23,13 +23,21 @@ std::string in_cycles(const ProfileReport& report) {
 /// The limit in a CPU second; empty where the device is no CPU.
 std::string in_cpu_seconds(const ProfileReport& report) {
   if (report.limits.fma_per_cpu_second == 0) return {};
-  return fmt::format(", {:.4g} G in a CPU second", 1e-9 * report.limits.fma_per_cpu_second);
+  return fmt::format("limits in a CPU second, of which shares of multiply-adds are: {:.4g} G\n",
+                     1e-9 * report.limits.fma_per_cpu_second);
+}
+
+/// "5", or "5 of 8" where others were left out.
+std::string runs_text(const KernelFigures& f) {
+  const std::size_t runs = f.run_seconds.size();
+  return f.runs_left_out == 0 ? std::to_string(runs)
+                              : fmt::format("{} of {}", runs, runs + f.runs_left_out);
 }
 
 /// The share of the limit, which limit it is, and the interval, with "<" where orbits may have
 /// ended early; or the verdict where there is no share.
 std::string share_text(const KernelFigures& f) {
-  if (!f.share_of_limit) return f.share_verdict.empty() ? "-" : f.share_verdict;
+  if (!f.share_of_limit) return verdict_text(f.share_verdict, f.share_low, f.share_high);
   return fmt::format("{}{:.1f} %{} ({:.1f} to {:.1f})", f.work_is_at_most ? "<" : "",
                      100 * *f.share_of_limit, f.limit == "memory" ? " m" : "", 100 * *f.share_low,
                      100 * *f.share_high);
@@ -42,20 +50,22 @@ std::string profile_table(const ProfileReport& report) {
       report.kernels, [](const KernelFigures& f) { return f.predicted_seconds.has_value(); });
   std::string text = fmt::format(
       "settings: {}\n"
-      "limits: {:.4g} G multiply-adds/s{}{}, copy {:.4g} GB/s{}, launch {:.3g} us\n"
-      "{:24} n    samples  factors   median s      min s   spread  CPUs   Gpairs/s {:>23}{}",
+      "limits in a second: {:.4g} G multiply-adds{}, copy {:.4g} GB/s{}; launch {:.3g} us\n"
+      "{}"
+      "{:24} n    samples  factors     runs   median s      min s   spread  CPUs   Gpairs/s "
+      "{:>23}{}",
       report.is_tuned ? "tuned for this device" : "the defaults",
-      1e-9 * report.limits.fma_per_second, in_cycles(report), in_cpu_seconds(report),
-      1e-9 * report.limits.bytes_per_second, cache_rates(report.caches),
-      1e6 * report.limits.launch_seconds, "kernel", "of limit",
-      has_predictions ? "  predicted s  measured" : "");
+      1e-9 * report.limits.fma_per_second, in_cycles(report), 1e-9 * report.limits.bytes_per_second,
+      cache_rates(report.caches), 1e6 * report.limits.launch_seconds, in_cpu_seconds(report),
+      "kernel", "of limit", has_predictions ? "  predicted s  measured" : "");
   for (const KernelFigures& f : report.kernels) {
     const auto processors = f.processors();
-    text += fmt::format("\n{:24} {:2} {:10} {:8} {:10.4g} {:10.4g} {:6.1f} % {:>5} {:>10} {:>23}",
-                        f.is_one_kernel ? "  " + f.kernel : f.kernel, f.iterations, f.samples,
-                        f.factors, f.median_seconds, f.min_seconds, 100 * f.spread(),
-                        processors ? fmt::format("{:.2f}", *processors) : std::string("-"),
-                        optional_number(f.pairs_per_second, 1e-9), share_text(f));
+    text +=
+        fmt::format("\n{:24} {:2} {:10} {:8} {:>8} {:10.4g} {:10.4g} {:6.1f} % {:>5} {:>10} {:>23}",
+                    f.is_one_kernel ? "  " + f.kernel : f.kernel, f.iterations, f.samples,
+                    f.factors, runs_text(f), f.median_seconds, f.min_seconds, 100 * f.spread(),
+                    processors ? fmt::format("{:.2f}", *processors) : std::string("-"),
+                    optional_number(f.pairs_per_second, 1e-9), share_text(f));
     if (!has_predictions) continue;
     text += fmt::format(" {:>12} {:>9}", optional_number(f.predicted_seconds, 1),
                         f.predicted_seconds

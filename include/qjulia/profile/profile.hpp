@@ -12,10 +12,12 @@
 #include "qjulia/base/progress.hpp"
 #include "qjulia/device/device.hpp"
 #include "qjulia/device/kernel_resources.hpp"
+#include "qjulia/device/launch_size.hpp"
 #include "qjulia/map/map.hpp"
 #include "qjulia/mesh/mesh.hpp"
 #include "qjulia/profile/cache_roof.hpp"
 #include "qjulia/profile/instruction_mix.hpp"
+#include "qjulia/profile/processor_use.hpp"
 
 namespace qjulia {
 
@@ -38,6 +40,9 @@ struct ProfileOptions {
   /// Names of jobs and kernels, with * and ?. Empty: with a map all, else the eight jobs that every
   /// profile has.
   std::vector<std::string> kernels{};
+  /// Names of jobs, with * and ?; "fit" stands for the jobs of a fit with one iterate. Empty: all
+  /// of those that `kernels` allows. Rows of single kernels beside them.
+  std::vector<std::string> jobs{};
   /// Wall seconds of the whole run. Jobs share what is left of them; one whose runs do not fit is
   /// left out. None: no limit.
   std::optional<double> time_limit{};
@@ -75,14 +80,17 @@ struct KernelFigures {
   std::size_t factors = 0;
   int width = 1;
   Precision precision = Precision::single;
-  std::uint64_t launches = 0;    ///< of a run, where it is one kernel
-  bool is_one_kernel = false;    ///< and not a job
-  bool work_is_at_most = false;  ///< orbits may end before they have done all of it
-  double median_seconds = 0;     ///< on the device
+  std::uint64_t launches = 0;          ///< of a run, where it is one kernel
+  bool is_one_kernel = false;          ///< and not a job
+  std::optional<LaunchSizes> sizes{};  ///< of its launches, where it is one kernel
+  bool work_is_at_most = false;        ///< orbits may end before they have done all of it
+  double median_seconds = 0;           ///< on the device
   double min_seconds = 0;
   double max_seconds = 0;
   double wall_seconds = 0;          ///< median, host time included
   std::vector<double> run_seconds;  ///< of every run, on the device
+  /// Runs that were made again because other programs took the processors meanwhile.
+  std::size_t runs_left_out = 0;
   /// The multiply-add limit, measured again after every run: other work, heat or a lower clock slow
   /// it down as they slow down the run.
   std::vector<double> run_fma_per_second;
@@ -105,7 +113,7 @@ struct KernelFigures {
   /// second) where memory limits. None unless the verdict is "judged".
   std::optional<double> share_of_limit;
   /// The 90 % confidence interval of the median share; with fewer than five runs, the lowest and
-  /// the highest share.
+  /// the highest share. Where the verdict is "not now", the shares that were seen.
   std::optional<double> share_low, share_high;
   /// "judged"; "not now": other programs disturb too much to judge it; "cached": it moved more
   /// bytes than memory can carry, so the data stayed in a cache; "ends early": orbits ended before
@@ -137,6 +145,7 @@ struct ProfileReport {
   std::vector<std::string> left_out;  ///< jobs that were not measured, and why
   /// The share of their time in which the threads that run kernels waited for a processor.
   std::optional<double> waited_share;
+  std::optional<ProcessorUse> use{};     ///< of the processors, meanwhile
   bool has_counters = false;             ///< whether they were wanted
   std::vector<CacheRoof> caches;         ///< where single kernels were measured
   std::vector<std::string> not_counted;  ///< events that cannot be counted here, and why
@@ -151,6 +160,11 @@ struct ProfileReport {
 /// Measures the device's limits, then each kernel.
 ProfileReport profile(const Device& device, const ProfileOptions& options,
                       const ProgressMonitor& monitor = {});
+
+/// Why there is no share, with the shares that were seen in per cent: "not now (54.1 to 58.0)"; "-"
+/// where no work is known.
+std::string verdict_text(const std::string& verdict, const std::optional<double>& low,
+                         const std::optional<double>& high);
 
 nlohmann::json to_json(const KernelFigures& figures);
 nlohmann::json to_json(const ProfileReport& report);

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 
+#include "base/output_file.hpp"
+#include "base/temporary_folder.hpp"
 #include "describe/provenance.hpp"
 #include "jobs/machine_findings.hpp"
+#include "qjulia/base/error.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -17,6 +21,28 @@ base::Finding crash_finding(const ProgramCheck& check) {
                       "that need no such program work",
                       check.program, to_string(check.precision), check.problem)};
 }
+
+/// Where compilers' logs of programs that do not build are kept: a new folder that only this user
+/// can enter, made with the first log.
+class LogFolder {
+ public:
+  /// The log's file; empty where it cannot be written.
+  std::string keep(const ProgramCheck& check) {
+    try {
+      if (path_.empty()) path_ = base::new_temporary_folder("qjulia-doctor");
+      const auto file = path_ / fmt::format("{}-{}.log", check.program, to_string(check.precision));
+      base::write_file(file, check.problem + "\n");
+      return file.string();
+    } catch (const OutputError&) {
+      return {};
+    } catch (const std::filesystem::filesystem_error&) {
+      return {};
+    }
+  }
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace
 
@@ -51,6 +77,17 @@ nlohmann::json doctor_report(const Device& device, const DriverFacts& facts,
                      {"slept_seconds", checks.waited.slept_seconds}};
   add_device_facts(device, facts, json);
   return json;
+}
+
+void keep_build_logs(const SelfTestReport& report, nlohmann::json& json) {
+  LogFolder logs;
+  for (std::size_t i = 0; i < report.checks.size(); ++i) {
+    const ProgramCheck& check = report.checks[i];
+    if (check.is_built) continue;
+    if (const std::string log = logs.keep(check); !log.empty()) {
+      json["programs"][i]["build_log"] = log;
+    }
+  }
 }
 
 void add_device_facts(const Device& device, const DriverFacts& facts, nlohmann::json& json) {

@@ -19,6 +19,10 @@ nlohmann::json doctor_report(const Device& device, const DriverFacts& facts,
                              const ProcessChecks& checks,
                              const std::vector<base::Finding>& findings);
 
+/// Writes the compilers' logs of programs that do not build to files, and says in the report which
+/// file each has ("build_log"). A log that cannot be written is left out.
+void keep_build_logs(const SelfTestReport& report, nlohmann::json& json);
+
 /// The device, its driver and its settings, added to a report.
 void add_device_facts(const Device& device, const DriverFacts& facts, nlohmann::json& json);
 
