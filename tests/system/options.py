@@ -464,6 +464,8 @@ RUNS = {
             {"--baseline": lambda done, value: "slower: energy, n = 1" in done.err,
              "--tolerance": lambda done, value: "slower: energy, n = 2" not in done.err}, codes=(1,)),
         Run("f.qjulia.json MESH", {**KERNELS, "--export": "lines"}),
+        Run("f.qjulia.json MESH", {"--jobs": "matrix_d*", "--sample-points": "500", "--repeats": "1"},
+            {"--jobs": lambda done, value: done.json["kernels"][0]["kernel"] == "matrix_diagonal"}),
     ],
     "profile compare": [
         *(Run("p.json newer_driver.json", {"--confidence": "0.6", across: None},

@@ -96,7 +96,9 @@ void describe_measure(Command command, MeasureArguments& a) {
 
 void add_profile_measure(CommandLine& program, ChosenCommand& chosen) {
   add_command(program, chosen, {"profile measure", "Measure how fast each kernel runs", R"(Examples:
-  qjulia profile measure
+  qjulia profile measure                           half a minute
+  qjulia profile measure --jobs fit --factors 992  why kernels of a fit are as fast as they are;
+                                                   a quarter of a minute
   qjulia profile measure --json > before.json
   qjulia profile measure --baseline before.json --tolerance 0.1    exit code 1 if slower
   qjulia profile measure bunny.qjulia.json bunny.obj --time-limit 20
@@ -112,12 +114,16 @@ that must move with the measured copy; "<" means that orbits may have ended earl
 share of multiply-adds counts CPU seconds, which other programs do not change; "CPUs" is the
 mean number of processors at work. Each run has its own limit, and the share is the median over
 the runs; in parentheses is its 90 % confidence interval (with fewer than five --repeats, the
-range of the runs). "not now" means that the machine is too busy to judge the share, "cached"
-that data stayed in a cache, and "ends early" that less work may have been done than was counted.
+range of the runs). "not now" means that other programs, or a quota of processors, may have
+changed the share: those in parentheses are what was seen. "5 of 8" runs: the others were left
+out, because they were disturbed. "cached" means that data stayed in a cache, and "ends early"
+that less work may have been done than was counted.
 On GPUs the predicted time is what the compiled kernel's instructions and its memory traffic
-take at these limits. Where single kernels are measured, a line for each says what limits it: of
-kernels on x86-64 CPUs the loop that takes most of its time, as objdump shows it, and the share of
-the limit that its instructions, loads and data allow. Single kernels are indented: their time is a part of the job's. Times
+take at these limits. Where single kernels are measured (with MAP, --jobs, --kernels or --counters), a
+line for each says the sizes of its launches and what limits it: of kernels on x86-64 CPUs a pass
+of the loop that takes most of its time, as objdump shows it, and the share of the limit that its
+instructions, loads and data allow. With MAP or --kernels '*' this takes one to two minutes;
+--jobs and --kernels shorten it, and --time-limit bounds it. Single kernels are indented: their time is a part of the job's. Times
 are from the device's own clock. The spread is the longest run minus the shortest, over the
 median. A warning is printed if the machine was not idle.)"},
               describe_measure, run_measure);

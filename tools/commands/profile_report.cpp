@@ -37,7 +37,8 @@ void describe_report(Command command, ReportArguments& a) {
   command
       .words(
           "REPORT", [&a](const std::string& file) { a.files.push_back(file); },
-          "--json reports of 'qjulia profile measure', of several commits, flags or drivers")
+          "--json reports of 'qjulia profile measure', of several commits, flags or drivers; no "
+          "files of --profile, whose kernels ran once")
       .required()
       .offers_files({".json"});
   command.output(a.page, "PAGE.html", "The page").offers_files({".html"});

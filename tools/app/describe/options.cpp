@@ -83,9 +83,10 @@ void add_trace(Command command, std::string& file) {
 void add_command_profile(Command command, std::string& file) {
   command
       .file("--profile", file, "FILE.json",
-            "Write every kernel that ran, with its launches, seconds, share, work and the share of "
-            "the device's limits that it reached, and the host's stages beside them; the limits "
-            "are measured before and afterwards, in one to two seconds")
+            "Write every kernel that ran, with its launches and their sizes, seconds, share, work, "
+            "the share of the device's limits that it reached and what limits it, and the host's "
+            "stages beside them; the limits are measured before and afterwards, in one to two "
+            "seconds")
       .not_in_job()
       .offers_files({".json"});
 }
