@@ -144,6 +144,8 @@ TEST_CASE("reports of nothing, and of impossible times, are written") {
   CHECK(InstructionMix{}.slots() == InstructionMix{}.operations());
   CHECK(cache_rates({}).empty());
   CHECK_FALSE(cache_rates({{-7, kNan, -kInfinity}}).empty());
+  CHECK(verdict_text({}, kNan, -kInfinity) == "-");
+  CHECK_FALSE(verdict_text("x", kNan, -kInfinity).empty());
   CHECK(to_json(TuneReport{}).is_object());
   CHECK(to_json(SelfTestReport{}).is_object());
   CHECK_FALSE(SelfTestReport{}.has_passed());
