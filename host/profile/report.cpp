@@ -135,7 +135,8 @@ nlohmann::json to_json(const ProfileReport& report) {
 
 std::string to_csv(const ProfileReport& report) {
   const std::string names =
-      "kernel,iterations,samples,factors,width,precision,is_one_kernel,launches,work_is_at_most,"
+      "kernel,iterations,samples,factors,width,precision,is_one_kernel,launches,runs_left_out,"
+      "work_is_at_most,"
       "median_seconds,min_seconds,"
       "max_seconds,"
       "spread,median_low,median_high,wall_seconds,median_cpu_seconds,processors,executed_factor_"

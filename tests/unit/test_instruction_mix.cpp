@@ -195,6 +195,8 @@ TEST_CASE("the sizes of a kernel's launches are said with what they have in comm
         "992 factors x 64 points");
   CHECK(size_text(LaunchSizes{{1, 992, "factors", 64}, {1, 992, "factors", 128}}) ==
         "992 factors x 64 to 128 points");
+  CHECK(size_text(LaunchSizes{{1, 672, "unknowns", 1024}, {8, 672, "unknowns", 1024}}) ==
+        "672 unknowns x 1024 points to 8 x 672 unknowns x 1024 points");
   CHECK(size_text(LaunchSizes{{1, 64, "unknowns", 1024}, {8, 672, "unknowns", 1024}}) ==
         "64 unknowns x 1024 points to 8 x 672 unknowns x 1024 points");
 }

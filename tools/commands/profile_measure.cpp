@@ -119,12 +119,14 @@ changed the share: those in parentheses are what was seen. "5 of 8" runs: the ot
 out, because they were disturbed. "cached" means that data stayed in a cache, and "ends early"
 that less work may have been done than was counted.
 On GPUs the predicted time is what the compiled kernel's instructions and its memory traffic
-take at these limits. Where single kernels are measured (with MAP, --jobs, --kernels or --counters), a
-line for each says the sizes of its launches and what limits it: of kernels on x86-64 CPUs a pass
-of the loop that takes most of its time, as objdump shows it, and the share of the limit that its
+take at these limits.
+Where single kernels are measured (with MAP, --jobs, --kernels or --counters), a line for each
+says the sizes of its launches and what limits it: of kernels on x86-64 CPUs a pass of the loop
+that takes most of its time, as objdump shows it, and the share of the limit that its
 instructions, loads and data allow. With MAP or --kernels '*' this takes one to two minutes;
---jobs and --kernels shorten it, and --time-limit bounds it. Single kernels are indented: their time is a part of the job's. Times
-are from the device's own clock. The spread is the longest run minus the shortest, over the
+--jobs and --kernels shorten it, and --time-limit bounds it. Single kernels are indented: their
+time is a part of the job's.
+Times are from the device's own clock. The spread is the longest run minus the shortest, over the
 median. A warning is printed if the machine was not idle.)"},
               describe_measure, run_measure);
 }
