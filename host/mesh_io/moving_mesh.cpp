@@ -202,15 +202,14 @@ void MovingMesh::validate() const {
   }
 }
 
-TriangleMesh mesh_at(const MovingMesh& moving, std::size_t moment) {
-  moving.validate();
-  if (moment >= moving.moments) {
-    throw InputError(fmt::format("the mesh has {} moments; give one from 0 to {}", moving.moments,
-                                 moving.moments - 1));
-  }
+namespace {
+
+/// All bodies in one mesh. @param pose_of gives the pose of a body
+template <class PoseOf>
+TriangleMesh joined(const MovingMesh& moving, const PoseOf& pose_of) {
   TriangleMesh all;
   for (const MovingBody& body : moving.bodies) {
-    const BodyPose& pose = body.poses.size() == 1 ? body.poses.front() : body.poses[moment];
+    const BodyPose pose = pose_of(body);
     const auto first = static_cast<std::uint32_t>(all.vertices.size());
     for (const Triangle& t : body.mesh.triangles) {
       all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
@@ -225,6 +224,36 @@ TriangleMesh mesh_at(const MovingMesh& moving, std::size_t moment) {
     all.colors.insert(all.colors.end(), body.mesh.colors.begin(), body.mesh.colors.end());
   }
   return all;
+}
+
+}  // namespace
+
+TriangleMesh mesh_at(const MovingMesh& moving, std::size_t moment) {
+  moving.validate();
+  if (moment >= moving.moments) {
+    throw InputError(fmt::format("the mesh has {} moments; give one from 0 to {}", moving.moments,
+                                 moving.moments - 1));
+  }
+  return joined(moving, [&](const MovingBody& body) {
+    return body.poses.size() == 1 ? body.poses.front() : body.poses[moment];
+  });
+}
+
+TriangleMesh mesh_after(const MovingMesh& moving, double seconds) {
+  moving.validate();
+  if (!(seconds >= 0) || !std::isfinite(seconds)) {
+    throw InputError(fmt::format("{} seconds; give 0 or more", seconds));
+  }
+  const std::size_t last = moving.moments - 1;
+  const double place = std::min(seconds * moving.rate, static_cast<double>(last));
+  const auto before = static_cast<std::size_t>(place);
+  const std::size_t after = std::min(before + 1, last);
+  const double way = place - static_cast<double>(before);
+  return joined(moving, [&](const MovingBody& body) {
+    if (body.poses.size() == 1) return body.poses.front();
+    const BodyPose &from = body.poses[before], &to = body.poses[after];
+    return BodyPose{from.place + way * (to.place - from.place), from.turn.slerp(way, to.turn)};
+  });
 }
 
 MovingMesh scattered(const TriangleMesh& mesh, const ScatterOptions& options, UpAxis up) {
@@ -244,8 +273,10 @@ MovingMesh scattered(const TriangleMesh& mesh, const ScatterOptions& options, Up
                     "small bodies out",
                     moving.bodies.size(), moving.moments, kMostPoses));
   }
-  const auto largest = std::ranges::max_element(
-      moving.bodies, {}, [](const MovingBody& body) { return signed_volume(body.mesh); });
+  std::vector<double> volumes;  // each is computed once
+  for (const MovingBody& body : moving.bodies) volumes.push_back(signed_volume(body.mesh));
+  const auto largest =
+      moving.bodies.begin() + (std::ranges::max_element(volumes) - volumes.begin());
   std::rotate(moving.bodies.begin(), largest, largest + 1);
   const Eigen::Vector3d upward = direction(up);
   const Eigen::Vector3d wind = std::abs(upward.x()) > 0.5 ? Eigen::Vector3d::UnitY().eval()

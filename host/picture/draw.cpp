@@ -316,7 +316,9 @@ void Studio::Impl::light_sky(Work& work) {
     take_depths(light);
     work.did(view_cost(light.view));
   }
-  ground = lowest(*source, direction(*options.camera.up), fineness);
+  const Vector3d upward = direction(*options.camera.up);
+  ground = own_ground ? to_scene.to_map(*own_ground * upward).dot(upward)
+                      : lowest(*source, upward, fineness);
   ground_light =
       options.ground ? picture::ground_light(device, scene(), sky, fineness) : GroundLight{};
   up = options.camera.up;

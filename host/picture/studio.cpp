@@ -338,6 +338,12 @@ void Studio::set_light(const PictureOptions& options) {
   }
 }
 
+void Studio::set_ground(double height) {
+  if (!std::isfinite(height)) throw InputError("the height of the ground is not finite");
+  impl_->own_ground = height;
+  impl_->up.reset();  // the sky lights the ground, too
+}
+
 Image Studio::picture(const Camera& camera, const ProgressMonitor& monitor) {
   impl_->turn(camera);
   return impl_->picture(monitor, /*with_layers=*/false, {}).image;

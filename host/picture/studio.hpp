@@ -51,7 +51,8 @@ struct Studio::Impl {
   std::optional<UpAxis> up{};              ///< for which sky and ground were made
   std::vector<picture::Light> sky{};
   std::vector<picture::Light> kept_lamps{};  ///< the last picture's
-  double ground = 0;                         ///< height along up
+  std::optional<double> own_ground{};        ///< height along up, shape units, if it was given
+  double ground = 0;                         ///< height along up, in the scene
   picture::GroundLight ground_light{};
 
   void turn(const Camera& camera);

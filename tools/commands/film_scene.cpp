@@ -28,7 +28,8 @@ ScriptPlan plan_scene(const SceneArguments& arguments) {
 }
 
 int run_scene(const SceneArguments& arguments, const ScriptPlan& plan, Session& session) {
-  const FilmScript& script = plan.script;
+  const Device device = session.open_device(arguments.device);
+  const FilmScript script = with_maps(plan.script, device, session);
   const View base = script.base();
   std::vector<View> views = script.views(base);
   views.resize(script.pictures());
@@ -38,7 +39,6 @@ int run_scene(const SceneArguments& arguments, const ScriptPlan& plan, Session& 
                                                        : guess_up(shown.mesh));
   scene.rate = script.rate;
   scene.aspect = static_cast<double>(base.picture.width) / base.picture.height;
-  const Device device = session.open_device(arguments.device);
   PictureSeries series(device, std::move(shown), script.input, views, session.job(), session);
   const SeriesFrame frame = series.frame();
   for (std::size_t i = 0; i < views.size(); ++i) {

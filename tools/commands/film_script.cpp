@@ -11,13 +11,11 @@
 #include <utility>
 
 #include "base/glob.hpp"
-#include "base/input_file.hpp"
 #include "base/text.hpp"
 #include "base/toml.hpp"
-#include "commands/commands.hpp"
+#include "commands/film_key_table.hpp"
 #include "describe/files.hpp"
 #include "describe/moving_settings.hpp"
-#include "describe/provenance.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/map_file.hpp"
 #include "qjulia/mesh/mesh.hpp"
@@ -25,7 +23,6 @@
 namespace qjulia::tools {
 namespace {
 
-constexpr std::uint64_t kLargestScript = std::uint64_t{16} << 20;
 constexpr std::size_t kMostPictures = 100'000;
 constexpr int kMostCopies = 1000;
 /// What a dive moves, and what would move its portal.
@@ -50,78 +47,6 @@ std::vector<double> numbers_of(const toml::node& node) {
   return numbers;
 }
 
-/// @throws InputError for what is no regular file: a pipe would be waited for
-std::string text_of_file(const std::filesystem::path& path, const char* what) {
-  std::error_code ignored;
-  const auto status = std::filesystem::status(path, ignored);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    throw InputError(fmt::format("'{}' is no regular file, as a {} must be", path.string(), what));
-  }
-  return base::read_text_file(path, what, kLargestScript, {});
-}
-
-struct Row {
-  std::size_t line = 0;  ///< that it begins in
-  std::vector<std::string> cells;
-};
-
-/// Without the blanks at both ends.
-std::string trimmed(const std::string& text) {
-  constexpr const char* kBlank = " \t";
-  const std::size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(kBlank) + 1 - begin);
-}
-
-/// The rows of a table of comma-separated values (RFC 4180), or with semicolons or tabs in place of
-/// commas: cells may stand in quotes, with a quote doubled and any separator inside. Rows without
-/// anything are left out, and so are empty cells at the ends of rows.
-std::vector<Row> rows_of(std::string_view text) {
-  const std::size_t first = std::min(text.find_first_not_of(" \t,;\r\n"), text.size());
-  const std::string_view head = text.substr(first, text.find('\n', first) - first);
-  const char between = head.find('\t') != std::string_view::npos  ? '\t'
-                       : head.find(';') != std::string_view::npos ? ';'
-                                                                  : ',';
-  std::vector<Row> rows;
-  std::size_t line = 1;
-  bool is_quoted = false, is_new = true;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (is_new) rows.push_back({line, {""}});
-    is_new = false;
-    std::string& cell = rows.back().cells.back();
-    if (c == '"' && is_quoted && text.substr(i + 1, 1) == "\"") {
-      cell += text[++i];
-    } else if (c == '"' && (is_quoted || trimmed(cell).empty())) {
-      is_quoted = !is_quoted;
-    } else if (c == between && !is_quoted) {
-      rows.back().cells.emplace_back();
-    } else if (c == '\n' && !is_quoted) {
-      is_new = true;
-    } else if (c != '\r') {
-      cell += c;
-    }
-    if (c == '\n') ++line;
-  }
-  if (is_quoted) throw InputError(fmt::format("{}: a quote has no end", rows.back().line));
-  for (Row& row : rows) {
-    std::ranges::transform(row.cells, row.cells.begin(), trimmed);
-    while (!row.cells.empty() && row.cells.back().empty()) row.cells.pop_back();
-  }
-  std::erase_if(rows, [](const Row& row) { return row.cells.empty(); });
-  return rows;
-}
-
-/// @throws InputError
-double number_of_cell(const std::string& word) {
-  if (word.find(',') != std::string::npos) {
-    std::string pointed = word;
-    std::ranges::replace(pointed, ',', '.');
-    throw InputError(fmt::format("'{}': numbers have a point, not a comma: {}", word, pointed));
-  }
-  return finite_number(word);
-}
-
 /// The diagonal of what is filmed, shape units.
 double size_of(const std::string& input) {
   if (is_mesh_file(input)) return read_mesh(input).box().diagonal();
@@ -133,11 +58,13 @@ double size_of(const std::string& input) {
 /// Reads a script, table by table.
 class ScriptReader {
  public:
-  ScriptReader(std::filesystem::path file, double seconds)
-      : file_(std::move(file)), wanted_seconds_(seconds) {}
+  explicit ScriptReader(const ScriptPlace& place)
+      : file_(place.file), wanted_seconds_(place.seconds), made_(file_, place.made, problems_) {
+    script_.place = place;
+  }
 
   FilmScript read() {
-    const toml::table root = base::parse_toml(text_of_file(file_, "script"), file_.string());
+    const toml::table root = base::parse_toml(script_text(file_, "script"), file_.string());
     for (auto&& [key, node] : root) {
       const std::string name(key.str());
       const bool is_known =
@@ -163,7 +90,9 @@ class ScriptReader {
     }
     make_tracks(root["loop"].as_table());
     if (const auto* dive = root["dive"].as_table()) attempt([&] { read_dive(*dive); });
-    if (problems_.empty() && is_geodesic_) attempt([&] { script_.width = size_of(script_.input); });
+    if (problems_.empty() && is_geodesic_ && script_.has_maps()) {
+      attempt([&] { script_.width = size_of(script_.input); });
+    }
     if (problems_.empty()) return std::move(script_);
     throw InputError(fmt::format("{}", fmt::join(problems_, "\n")));
   }
@@ -252,7 +181,12 @@ class ScriptReader {
 
   /// An entry of [film].
   void read_entry(const std::string& name, const toml::node& node) {
-    if (name == "map") {
+    if (name == "map" && node.is_table()) {
+      if (const auto made = made_.read(*node.as_table(), name, MadeCount::one)) {
+        script_.input = made->string();
+        script_.made = made_.maps();
+      }
+    } else if (name == "map") {
       script_.input = (file_.parent_path() / text(node, name)).string();
     } else if (name == "maps") {
       read_maps(node);
@@ -281,8 +215,21 @@ class ScriptReader {
   }
 
   void read_maps(const toml::node& node) {
-    const std::string pattern = text(node, "maps");
-    for (const auto& file : base::files_matching(file_.parent_path(), pattern)) {
+    has_several_ = true;
+    if (const auto* const table = node.as_table()) {
+      const auto made = made_.read(*table, "maps", MadeCount::several);
+      if (!made) return;
+      script_.made = made_.maps();
+      script_.input = *made / "*.json";  // until they are made
+      if (script_.has_maps()) show_maps(node, *made, "*.json");
+    } else {
+      show_maps(node, file_.parent_path(), text(node, "maps"));
+    }
+  }
+
+  void show_maps(const toml::node& node, const std::filesystem::path& folder,
+                 const std::string& pattern) {
+    for (const auto& file : base::files_matching(folder, pattern)) {
       script_.maps.push_back(file.string());
     }
     std::ranges::sort(script_.maps, base::comes_before);
@@ -333,11 +280,16 @@ class ScriptReader {
         });
       }
     }
-    if (!script_.maps.empty()) {
+    if (has_several_) {
       attempt(
           [&] { fail(table, "a [dive] goes into a portal of one map; give 'map' for 'maps'"); });
     }
-    if (!problems_.empty()) return;
+    if (static_cast<double>(script_.pictures()) * script_.copies >
+        static_cast<double>(kMostPictures)) {
+      fail(table, fmt::format("the film would have more than {} pictures; give fewer copies",
+                              kMostPictures));
+    }
+    if (!problems_.empty() || !script_.has_maps()) return;
     at(table, fmt::format("[dive]: portal {}", portal), [&] {
       expect_map("it", script_.input);
       const Map map = read_map(script_.input);
@@ -351,11 +303,6 @@ class ScriptReader {
       script_.dive.emplace(map, static_cast<std::size_t>(portal),
                            base.picture.camera.up.value_or(map.frame.up.value_or(kDefaultUp)));
     });
-    if (static_cast<double>(script_.pictures()) * script_.copies >
-        static_cast<double>(kMostPictures)) {
-      fail(table, fmt::format("the film would have more than {} pictures; give fewer copies",
-                              kMostPictures));
-    }
   }
 
   const MovingSetting& setting_of(const std::string& name) const {
@@ -404,8 +351,8 @@ class ScriptReader {
 
   /// A table whose first row has names, "at" the first of them; an empty cell is no key.
   void read_key_file(const std::string& path) {
-    const std::string content = text_of_file(path, "table of keys");
-    std::vector<Row> rows;
+    const std::string content = script_text(path, "table of keys");
+    std::vector<KeyRow> rows;
     try {
       rows = rows_of(base::without_byte_order_mark(content));
     } catch (const InputError& error) {
@@ -415,7 +362,7 @@ class ScriptReader {
       throw InputError(fmt::format("{}:{}: the first column is to be 'at', in seconds", path,
                                    rows.empty() ? 1 : rows.front().line));
     }
-    const Row& head = rows.front();
+    const KeyRow& head = rows.front();
     const std::string place = fmt::format("{}:{}", path, head.line);
     std::vector<bool> is_known(head.cells.size());
     for (std::size_t i = 1; i < head.cells.size(); ++i) {
@@ -448,7 +395,7 @@ class ScriptReader {
   }
 
   void read_row(const std::vector<std::string>& names, const std::vector<bool>& is_known,
-                const Row& row, const std::string& place) {
+                const KeyRow& row, const std::string& place) {
     attempt([&] {
       if (row.cells.size() <= names.size()) return;
       throw InputError(
@@ -509,135 +456,33 @@ class ScriptReader {
   film::Loop loop_ = film::Loop::hold;
   std::map<std::string, std::vector<film::Key>> keys_;
   bool is_geodesic_ = false;           ///< some key has that step
+  bool has_several_ = false;           ///< maps
   std::vector<std::string> problems_;  ///< told all at once
+  MadeMapReader made_;
   FilmScript script_;
 };
 
 }  // namespace
 
-std::size_t FilmScript::pictures() const {
-  return static_cast<std::size_t>(std::max(1.0, std::round(seconds * rate)));
+FilmScript read_film_script(const ScriptPlace& place) { return ScriptReader(place).read(); }
+
+FilmScript with_maps(const FilmScript& script, const Device& device, Session& session) {
+  if (script.has_maps()) return script;
+  make_maps(script.made, device, session);
+  return read_film_script(script.place);
 }
 
-std::map<std::string, std::filesystem::path> FilmScript::files() const {
-  std::map<std::string, std::filesystem::path> all{{"map", input}};
-  if (!keys.empty()) all["keys"] = keys;
-  return all;
-}
-
-View FilmScript::base() const {
-  CommandLine program(kProgramDescription, "qjulia");
-  const Command command = program.add_command("render", "");
-  ViewArguments arguments;
-  add_view(command, arguments);
-  const Job job{.command = "render", .options = options};
-  program.parse(words_of(job, program.usage().commands.front()));
-  return checked_view(arguments, input);
-}
-
-namespace {
-
-/// The view at that time. @param problems gets those of settings by their names, the first of each.
-View view_at(const FilmScript& script, const View& base, double time,
-             std::map<std::string, std::string>& problems) {
-  const auto& tracks = script.tracks;
-  const auto zoom = tracks.find("zoom"), look_at = tracks.find("look-at");
-  std::optional<film::Gaze> gaze;
-  if (script.width > 0 && zoom != tracks.end() && look_at != tracks.end()) {
-    gaze = film::Track::gaze(time, look_at->second, zoom->second, script.width);
-  }
-  const auto value_of = [&](const std::string& name, const film::Track& track) {
-    if (gaze && name == "zoom") return std::vector{gaze->zoom};
-    if (gaze && name == "look-at") return gaze->look_at;
-    const bool zooms = name == "look-at" && zoom != tracks.end();
-    return zooms ? track.at(time, zoom->second) : track.at(time);
-  };
-  View view = base;
-  for (const auto& [name, track] : tracks) {
-    const View before = view;
-    try {
-      moving_settings().at(name).set(value_of(name, track), view);
-      view.map_options.knobs.validate();
-      view.picture.validate();
-    } catch (const InputError& error) {
-      problems.emplace(name, fmt::format("{}: {} at {:.4g} seconds: {}", track.place(time), name,
-                                         time, error.what()));
-      view = before;
-    }
-  }
-  if (script.dive) {
-    PictureOptions& picture = view.picture;
-    const double aspect = static_cast<double>(picture.width) / picture.height;
-    // Keys of zoom and field of view show more or less from the same place.
-    Camera placed = picture.camera;
-    placed.zoom = base.picture.camera.zoom;
-    placed.field_of_view = base.picture.camera.field_of_view;
-    placed = script.dive->placed(placed, aspect);
-    placed.zoom = picture.camera.zoom;
-    placed.field_of_view = picture.camera.field_of_view;
-    // The whole way in whole pictures, however long the film is to be.
-    picture.camera =
-        script.dive->moved(placed, time * script.rate / static_cast<double>(script.pictures()));
-  }
-  return view;
-}
-
-}  // namespace
-
-std::vector<View> FilmScript::views(const View& base) const {
-  std::vector<View> all;
-  std::map<std::string, std::string> problems;
-  const std::size_t count = pictures() + (dive ? 1 : 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    all.push_back(view_at(*this, base, middle_of(i), problems));
-    if (!maps.empty()) all.back().map = maps[i * maps.size() / count];
-  }
-  // Lamps stand where they are in the first picture, unless they are keyed. In a dive they go with
-  // the camera.
-  const double turn = all.front().picture.camera.azimuth;
-  for (View& view : all) {
-    std::optional<double>& own = view.picture.light.lamp_turn;
-    own = own.value_or(turn) + (dive ? view.picture.camera.azimuth - turn : 0);
-  }
-  if (problems.empty()) return all;
-  std::vector<std::string> told;
-  told.reserve(problems.size());
-  for (const auto& [name, problem] : problems) told.push_back(problem);
-  throw InputError(fmt::format("{}", fmt::join(told, "\n")));
-}
-
-std::vector<Camera> FilmScript::moving(const View& base, std::size_t picture,
-                                       const Camera& drawn) const {
-  constexpr int kMoments = 64;
-  if (shutter == 0) return {};
-  std::vector<Camera> cameras;
-  nlohmann::json first;
-  bool moves = false;
-  std::map<std::string, std::string> problems;  // `views` has told them
-  for (int i = 0; i < kMoments; ++i) {
-    const double way = (i + 0.5) / kMoments - 0.5;
-    const View view = view_at(*this, base, middle_of(picture) + way * shutter / rate, problems);
-    Camera& camera = cameras.emplace_back(view.picture.camera);
-    if (!camera.look_at) camera.look_at = drawn.look_at;
-    if (!camera.distance) camera.distance = drawn.distance;
-    PictureOptions from_there;
-    from_there.camera = camera;
-    const nlohmann::json seen = to_json(from_there);
-    moves = moves || (i > 0 && seen != first);
-    if (i == 0) first = seen;
-  }
-  return moves ? cameras : std::vector<Camera>{};
-}
-
-FilmScript read_film_script(const std::filesystem::path& file, double seconds) {
-  return ScriptReader(file, seconds).read();
+std::filesystem::path made_folder(const std::filesystem::path& script,
+                                  const std::filesystem::path& output) {
+  return output.parent_path() / (script.stem().string() + ".made");
 }
 
 ScriptPlan script_plan(const std::string& file, double seconds, base::Output output) {
   ScriptPlan plan;
-  plan.script = read_film_script(file, seconds);
+  plan.script = read_film_script({file, seconds, made_folder(file, output.path)});
   static_cast<void>(plan.script.views(plan.script.base()));  // which may be refused
-  plan.inputs = {file, plan.script.input};
+  plan.inputs = {file};
+  for (const auto& [name, path] : plan.script.files()) plan.inputs.push_back(path);
   plan.further_inputs = plan.script.files();
   plan.outputs = {std::move(output)};
   return plan;

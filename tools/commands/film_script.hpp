@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "commands/made_maps.hpp"
 #include "describe/view_options.hpp"
 #include "film/dive.hpp"
 #include "film/track.hpp"
@@ -15,9 +16,18 @@
 
 namespace qjulia::tools {
 
+/// Where a script is, and what a command asks of it.
+struct ScriptPlace {
+  std::filesystem::path file;
+  double seconds = 0;  ///< the film's length, to which all keys are stretched; 0: the script's
+  std::filesystem::path made{};  ///< the folder for maps that the script has made first
+};
+
 struct FilmScript {
+  ScriptPlace place;
   std::string input;              ///< the file of the map or mesh; of several maps, the first
   std::vector<std::string> maps;  ///< that the film shows one after the other; empty: `input` alone
+  std::vector<MadeMap> made;      ///< maps that are to be made first, in this order
   std::string keys;               ///< the table of keys; empty: there is none
   double width = 0;               ///< about what a zoom of 1 shows, shape units; 0: no key needs it
   double seconds = 0;
@@ -29,6 +39,8 @@ struct FilmScript {
       0;           ///< share of a picture's time in which the camera is seen moving; 0: it is not
   int copies = 1;  ///< how often a film shows its pictures: so many copies deep it dives
 
+  /// Whether all maps are there. If not, `maps` and `dive` are yet empty.
+  bool has_maps() const;
   std::size_t pictures() const;
   /// Seconds: where picture number i is in its middle, and how long its shutter is open.
   double middle_of(std::size_t i) const { return (static_cast<double>(i) + 0.5 * shutter) / rate; }
@@ -46,14 +58,20 @@ struct FilmScript {
 };
 
 /// Reads a script (docs/guide/films.md). Files are looked for in its folder.
-/// @param seconds the film's length in place of the script's, to which all keys are stretched; 0:
-///   the script's. @throws InputError naming file, line and what to do
-FilmScript read_film_script(const std::filesystem::path& file, double seconds);
+/// @throws InputError naming file, line and what to do
+FilmScript read_film_script(const ScriptPlace& place);
+
+/// The script with its maps, made by this call where they are not there.
+FilmScript with_maps(const FilmScript& script, const Device& device, Session& session);
 
 /// The script of a command that writes one file of it.
 struct ScriptPlan : Plan {
   FilmScript script;
 };
 ScriptPlan script_plan(const std::string& file, double seconds, base::Output output);
+
+/// The folder for a script's maps, beside a command's output.
+std::filesystem::path made_folder(const std::filesystem::path& script,
+                                  const std::filesystem::path& output);
 
 }  // namespace qjulia::tools

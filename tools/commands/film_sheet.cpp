@@ -31,7 +31,8 @@ ScriptPlan plan_sheet(const SheetArguments& arguments) {
 
 int run_sheet(const SheetArguments& arguments, const ScriptPlan& plan, Session& session) {
   constexpr int kWidest = 320;  // pixels
-  const FilmScript& script = plan.script;
+  const Device device = session.open_device(arguments.device);
+  const FilmScript script = with_maps(plan.script, device, session);
   View base = script.base();
   const int reduction = (base.picture.width + kWidest - 1) / kWidest;
   base.picture.width = std::max(1, base.picture.width / reduction);
@@ -44,7 +45,6 @@ int run_sheet(const SheetArguments& arguments, const ScriptPlan& plan, Session& 
     numbers.push_back(count == 1 ? 0 : i * (all.size() - 1) / (count - 1));
   }
   Scene scene = read_scene(script.input, session);
-  const Device device = session.open_device(arguments.device);
   PictureSeries series(device, std::move(scene), script.input, all, session.job(), session);
   std::vector<Image> images;
   for (const std::size_t number : numbers) {

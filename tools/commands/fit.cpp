@@ -22,7 +22,6 @@
 #include "describe/provenance.hpp"
 #include "describe/setting_option.hpp"
 #include "qjulia/base/error.hpp"
-#include "qjulia/device/tuning_cache.hpp"
 #include "qjulia/map/map_file.hpp"
 #include "report/report.hpp"
 
@@ -129,13 +128,6 @@ int show_finished(const FitCommandArguments& arguments, const TrustedDevice& dev
   return kDone;
 }
 
-/// This rank's device.
-TrustedDevice own_device(const LaunchedRanks& ranks, const TrustedDevice& wanted) {
-  if (ranks.size() == 1) return wanted;
-  const DeviceInfo info = devices_of(ranks, wanted).front();
-  return {{fmt::format("{}:{}", info.platform, info.index), wanted.layout}, wanted.is_trusted};
-}
-
 /// @throws InputError if reading takes longer than the time limit, which leaves no time to fit.
 TriangleMesh read_in_time(const std::string& mesh, double time_limit, Session& session) {
   constexpr double kLate = 0.5;  // seconds; measuring the mesh coarsely takes about one more
@@ -163,7 +155,6 @@ struct FitStart {
 FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
                LaunchedRanks& ranks, Session& session) {
   FitStart start;
-  const TrustedDevice device = own_device(ranks, arguments.device);
   if (ranks.rank() == 0) {
     check_files(arguments, options, session);
     start.origin = origin_of(options, session.job());
@@ -174,14 +165,10 @@ FitStart start(const FitCommandArguments& arguments, const FitOptions& options,
       base::check_writable(output_named("--output", arguments.output));
     }
     start.mesh = read_in_time(arguments.mesh, options.most_seconds(), session);
-    start.device = session.open_device(device);
   } else {
     start.mesh = qjulia::read_mesh(arguments.mesh, session.monitor().stop);
-    auto [chosen, warning] = with_cached_tuning(Device::choose(device));
-    if (!warning.empty()) session.console.warn(warning);
-    session.expect_right_results(chosen, device);
-    start.device = std::move(chosen);
   }
+  start.device = open_rank_device(ranks, arguments.device, session);
   return start;
 }
 

@@ -44,14 +44,6 @@ nlohmann::json without_folders(nlohmann::json options) {
   return options;
 }
 
-/// The batch's maps are the same bytes wherever and whenever they are made: times stand in the
-/// status files.
-nlohmann::json without_times(nlohmann::json provenance) {
-  provenance.erase("seconds");
-  for (nlohmann::json& stage : provenance["stages"]) stage.erase("seconds");
-  return provenance;
-}
-
 /// Every option of an entry's fit but the map that it starts from.
 FitOptions entry_options(const batch::BatchEntry& entry) {
   constexpr int kShorter = 10;  // of a frame that follows another

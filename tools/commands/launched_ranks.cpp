@@ -16,6 +16,7 @@
 #include "console/device_obstacles.hpp"
 #include "console/failure.hpp"
 #include "qjulia/base/error.hpp"
+#include "qjulia/device/tuning_cache.hpp"
 
 #ifdef QJULIA_MPI
 #include <mpi.h>
@@ -163,6 +164,9 @@ struct LaunchedRanks::Sending {
 LaunchedRanks::LaunchedRanks() {
   if (!is_launched()) return;
 #ifdef QJULIA_MPI
+  int is_of_outer_command = 0;
+  MPI_Initialized(&is_of_outer_command);
+  if (is_of_outer_command != 0) return;
   // Before message passing starts, since that may look for OpenCL devices too.
   const auto own = base::kernel_cache().folder / fmt::format("rank-{}", launched_rank());
   std::error_code ignored;  // PoCL says what is wrong with it
@@ -351,6 +355,21 @@ std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoic
   std::vector<DeviceInfo> mine;
   for (std::size_t i = rank; i < shared.size(); i += size) mine.push_back(shared[i]);
   return mine;
+}
+
+TrustedDevice own_device(const LaunchedRanks& ranks, const TrustedDevice& wanted) {
+  if (ranks.size() == 1) return wanted;
+  const DeviceInfo info = devices_of(ranks, wanted).front();
+  return {{fmt::format("{}:{}", info.platform, info.index), wanted.layout}, wanted.is_trusted};
+}
+
+Device open_rank_device(const LaunchedRanks& ranks, const TrustedDevice& wanted, Session& session) {
+  const TrustedDevice own = own_device(ranks, wanted);
+  if (ranks.rank() == 0) return session.open_device(own);
+  auto [device, warning] = with_cached_tuning(Device::choose(own));
+  if (!warning.empty()) session.console.warn(warning);
+  session.expect_right_results(device, own);
+  return device;
 }
 
 }  // namespace qjulia::tools

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "batch/round.hpp"
+#include "jobs/session.hpp"
 #include "qjulia/device/device.hpp"
 #include "qjulia/fit/ranks.hpp"
 
@@ -20,6 +21,7 @@ namespace qjulia::tools {
 /// several processes. Made before the first device is opened.
 class LaunchedRanks final : public Ranks, public batch::BatchRanks {
  public:
+  /// A job inside another command has this process alone: the ranks are that command's.
   /// @throws Error when it was launched, and this program was built without MPI.
   LaunchedRanks();
   ~LaunchedRanks() override;
@@ -66,5 +68,10 @@ int together(Ranks& ranks, const std::function<int()>& work);
 /// least one. Alone, what is wanted: every device for "all", else one.
 /// @throws NoDeviceError
 std::vector<DeviceInfo> devices_of(const LaunchedRanks& ranks, const DeviceChoice& wanted);
+
+/// The one of those that are this rank's.
+TrustedDevice own_device(const LaunchedRanks& ranks, const TrustedDevice& wanted);
+/// Opens it. Of several ranks, the first says which it is.
+Device open_rank_device(const LaunchedRanks& ranks, const TrustedDevice& wanted, Session& session);
 
 }  // namespace qjulia::tools

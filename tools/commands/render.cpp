@@ -181,6 +181,9 @@ int run_render(const RenderArguments& arguments, const RenderPlan& plan, Session
   Scene scene = read_scene(arguments.input, session);
   const Device device = session.open_device(arguments.device);
   scene = turned(device, std::move(scene), arguments.input, plan.view, session);
+  if (plan.view.scatter.field) {
+    scene = Scatterer().at(device, std::move(scene), plan.view, session);
+  }
   if (arguments.preview) draw_preview(device, scene, arguments, options, session);
   Studio studio = studio_of(device, scene, options, session);
   const LayeredImage drawn =
@@ -285,6 +288,7 @@ void add_render(CommandLine& program, ChosenCommand& chosen) {
   qjulia render bunny.qjulia.json -o turn.png --turntable 36
   qjulia render bunny.qjulia.json -o layers.exr --background transparent
   qjulia render bunny.qjulia.json -o cut_out.png --background transparent --no-ground
+  qjulia render bunny.qjulia.json -o dust.png --drift 0.9 --scatter wind --scatter-time 2
   qjulia render bunny.qjulia.json -o glow.png --material trap --palette ember
   qjulia render bunny.qjulia.json -o big.png --size 3840x2160 --preview --aov big
 Rays meet the set itself, not a mesh of it: the picture is as sharp as its pixels. The set, without

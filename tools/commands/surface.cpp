@@ -22,6 +22,7 @@
 #include "describe/picture_options.hpp"
 #include "describe/print_options.hpp"
 #include "describe/provenance.hpp"
+#include "describe/scatter_options.hpp"
 #include "describe/setting_option.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/map_file.hpp"
@@ -56,8 +57,7 @@ struct SurfaceArguments {
   std::optional<std::string> palette;
   std::optional<MaterialRange> range;
   std::optional<int> texture;  ///< pixels of its sides
-  std::optional<ScatterField> scatters;
-  ScatterOptions scatter;  ///< but for its field
+  Scatter scatter;
   std::optional<Option> palette_option;
   std::optional<Option> range_option;
 };
@@ -150,19 +150,12 @@ void check_texture(const SurfaceArguments& arguments) {
   if (print.max_triangles) expect_pixels(*arguments.texture, *print.max_triangles);
 }
 
-const std::map<std::string, ScatterField>& scatter_fields() {
-  static const std::map<std::string, ScatterField> all{{"outward", ScatterField::outward},
-                                                       {"wind", ScatterField::wind},
-                                                       {"gravity", ScatterField::gravity}};
-  return all;
-}
-
 /// @throws InputError where the file cannot hold bodies that move, or where another option needs a
 /// mesh
 ///   that stands still
 void check_scatter(const SurfaceArguments& arguments) {
-  if (!arguments.scatters) return;
-  arguments.scatter.validate();
+  if (!arguments.scatter.field) return;
+  arguments.scatter.options.validate();
   const std::string extension = base::extension_of(arguments.output.path);
   if (extension != ".glb" && extension != ".usda") {
     throw InputError(
@@ -302,15 +295,15 @@ WrittenSurface collect(const SurfaceArguments& arguments, const Device& device, 
   if (mesh.triangles.empty()) return written;
   const TraceStage stage(monitor.trace, "measure and write");
   Selection selection = arguments.selection;
-  selection.keep_loose = selection.keep_loose || (arguments.scatters && selection.drops_loose());
+  selection.keep_loose =
+      selection.keep_loose || (arguments.scatter.field && selection.drops_loose());
   written.loose = select_parts(mesh, selection);
   std::optional<TriangleMesh> fine;
   if (arguments.texture && arguments.print.is_any()) fine = mesh;
-  if (arguments.scatters) {
+  if (arguments.scatter.field) {
     mesh.colors = dress_of(arguments, device, map, {}, mesh, 1, monitor).colors.colors;
-    ScatterOptions scatter = arguments.scatter;
-    scatter.field = *arguments.scatters;
-    const MovingMesh moving = scattered(mesh, scatter, map.frame.up.value_or(kDefaultUp));
+    const MovingMesh moving =
+        scattered(mesh, arguments.scatter.chosen(), map.frame.up.value_or(kDefaultUp));
     write_moving_mesh(moving, arguments.output.path, about);
     written.flying = moving.bodies.size() - 1;
     return measured(written, mesh);
@@ -410,7 +403,7 @@ int run_surface(const SurfaceArguments& given, const Plan& /*plan*/, Session& se
   }
   session.report_kernels(device);
   const double seconds = session.seconds();
-  if (arguments.scatters) {
+  if (arguments.scatter.field) {
     stands += fmt::format("\nbodies that fly: {}; the largest stays", written.flying);
   }
   nlohmann::json print;
@@ -499,37 +492,10 @@ void describe_surface(Command command, SurfaceArguments& a) {
           "A light mesh then looks like the whole one. N triangles need at least 5.7 times the "
           "square root of N pixels: 50,000 need 1,272")
       .range(TextureOptions::kLeastSize, TextureOptions::kMostSize);
-  std::vector<std::string> fields;
-  for (const auto& [word, field] : scatter_fields()) fields.push_back(word);
-  const Option scatter =
-      command
-          .word(
-              "--scatter", fmt::format("{}", fmt::join(fields, "|")),
-              [&a](const std::string& word) {
-                const auto found = scatter_fields().find(word);
-                if (found == scatter_fields().end()) {
-                  throw InputError("'" + word +
-                                   "' is no way to fly; give outward, wind or gravity");
-                }
-                a.scatters = found->second;
-              },
+  add_scatter(command, a.scatter,
               "Let all connected parts but the largest fly, in an animation of the .glb or in time "
               "samples of the .usda: away from the middle, with a wind, or to the floor. Loose "
-              "pieces are then kept. A large --drift or --detail makes many")
-          .offers(fields);
-  command.add("--scatter-seconds", &a.scatter.seconds, "SECONDS", "How long the animation lasts")
-      .range(0.1, 600)
-      .needs(scatter);
-  command
-      .add("--scatter-distance", &a.scatter.distance, "TIMES",
-           "How far parts fly by the end, in longest sides of the mesh; what falls ends on the "
-           "floor")
-      .range(0, 100)
-      .needs(scatter);
-  command
-      .add("--scatter-seed", &a.scatter.seed, "SEED",
-           "Seed of when parts set off, how far they fly and how they turn")
-      .needs(scatter);
+              "pieces are then kept. A large --drift or --detail makes many");
   const std::string upright =
       "In " + types_that([](const auto& path) { return format_up(path).has_value(); }) +
       " files, which stand upright, the shape's axis that points up; auto takes it from the map. "

@@ -34,6 +34,10 @@ struct MovingMesh {
 /// The whole mesh at a moment, 0 … `moments` − 1. @throws InputError
 TriangleMesh mesh_at(const MovingMesh& moving, std::size_t moment);
 
+/// The whole mesh so many seconds after its first moment; between two moments bodies move evenly.
+/// The last moment is what is shown after it. @throws InputError
+TriangleMesh mesh_after(const MovingMesh& moving, double seconds);
+
 /// Where bodies fly.
 enum class ScatterField {
   outward,  ///< away from the middle

@@ -189,6 +189,10 @@ class Studio {
   /// and ground.
   void set_light(const PictureOptions& options);
 
+  /// The ground of later pictures lies at this height along up, shape units, instead of under what
+  /// is drawn: so that it stands still while bodies move. @throws InputError
+  void set_ground(double height);
+
   Image picture(const Camera& camera, const ProgressMonitor& monitor = {});
   /// A picture with the shutter open while the camera moves: rays of a pixel are drawn at different
   /// times, and their light is added before exposure and tone curve.

@@ -114,6 +114,13 @@ Settings made_settings() {
   made["iterations"] = {"iterations", 1, Interpolation::none, true, [](Numbers v, View& to) {
                           to.picture.iterations = static_cast<int>(whole(v[0]));
                         }};
+  made["scatter-time"] = {"scatter-time", 1, Interpolation::linear, true, [](Numbers v, View& to) {
+                            if (!to.scatter.field)
+                              throw InputError("nothing flies; give the option scatter, too");
+                            if (!(v[0] >= 0))
+                              throw InputError(fmt::format("{} seconds; give 0 or more", v[0]));
+                            to.scatter.time = v[0];
+                          }};
   for (const char axis : {'x', 'y', 'z'}) {
     made[fmt::format("cut-{}", axis)] = {"cut", 1, Interpolation::linear, true,
                                          [axis](Numbers v, View& to) { set_cut(axis, v[0], to); }};

@@ -130,6 +130,14 @@ nlohmann::json to_json(const PictureOptions& options) {
   return json;
 }
 
+nlohmann::json without_times(nlohmann::json provenance) {
+  provenance.erase("seconds");
+  if (provenance.contains("stages")) {
+    for (nlohmann::json& stage : provenance["stages"]) stage.erase("seconds");
+  }
+  return provenance;
+}
+
 FitResult finished_fit(Map map, const std::filesystem::path& file) {
   FitResult result;
   try {

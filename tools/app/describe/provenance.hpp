@@ -33,6 +33,10 @@ FitOrigin origin_of(const FitOptions& options, Job job);
 /// from run to run; nothing else does.
 nlohmann::json provenance(const FitOrigin& origin, const Device& device, const FitResult& result);
 
+/// Without what differs from run to run, for files that are to be the same bytes whenever they are
+/// made.
+nlohmann::json without_times(nlohmann::json provenance);
+
 /// A fit by what its map's provenance tells. @param file for messages.
 /// @throws InputError when it does not tell.
 FitResult finished_fit(Map map, const std::filesystem::path& file);

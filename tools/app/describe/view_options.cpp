@@ -1,11 +1,20 @@
 #include "describe/view_options.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "describe/files.hpp"
 #include "describe/picture_options.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/picture/picture_settings.hpp"
 
 namespace qjulia::tools {
+
+nlohmann::json to_json(const ScatterView& scatter) {
+  nlohmann::json json = to_json(static_cast<const Scatter&>(scatter));
+  json["scatter_time"] = scatter.time;
+  json["scatter_resolution"] = scatter.resolution;
+  return json;
+}
 
 void add_view(Command command, ViewArguments& arguments) {
   PictureOptions& picture = arguments.view.picture;
@@ -19,6 +28,22 @@ void add_view(Command command, ViewArguments& arguments) {
   add_picture_setting(command, "exact", picture);
   add_look(command, arguments.palette, picture);
   add_map_options(command, arguments.view.map_options, picture_settings(), "pictures", picture);
+  ScatterView& scatter = arguments.view.scatter;
+  const Option field =
+      add_scatter(command, scatter,
+                  "Draw the set as a mesh of clay whose connected parts but the largest fly: away "
+                  "from the middle, with a wind, or to the floor. Loose pieces are then kept. A "
+                  "large --drift or --detail makes many");
+  command
+      .add("--scatter-time", &scatter.time, "SECONDS",
+           "When the parts are shown, in seconds since they set off")
+      .range(0, 600)
+      .needs(field);
+  command
+      .add("--scatter-resolution", &scatter.resolution, "CELLS",
+           "Cells along the longest side of the mesh whose parts fly")
+      .range(16, 2048)
+      .needs(field);
 }
 
 View checked_view(const ViewArguments& arguments, const std::string& input) {
@@ -39,6 +64,14 @@ View checked_view(const ViewArguments& arguments, const std::string& input) {
   }
   if (picture.keep_loose) expect_map("--keep-loose", input);
   if (picture.exact) expect_map("--exact", input);
+  if (view.scatter.field) {
+    view.scatter.options.validate();
+    expect_map("--scatter", input);
+    if (!arguments.material->given()) picture.material = Material::clay;
+    if (picture.material != Material::clay || !picture.cuts.empty() || picture.exact) {
+      throw InputError("--scatter draws a mesh of clay: leave --material, --cut and --exact out");
+    }
+  }
   return view;
 }
 

@@ -7,13 +7,24 @@
 
 #include "describe/command_line.hpp"
 #include "describe/map_options.hpp"
+#include "describe/scatter_options.hpp"
 #include "qjulia/picture/picture.hpp"
 
 namespace qjulia::tools {
 
+/// The set's connected parts on their way, drawn as a mesh.
+struct ScatterView : Scatter {
+  double time = 0;       ///< seconds since the flight began, 0 or more
+  int resolution = 256;  ///< cells of the mesh along its longest side
+};
+
+/// By the options' names.
+nlohmann::json to_json(const ScatterView& scatter);
+
 struct View {
   MapOptions map_options;
   PictureOptions picture;
+  ScatterView scatter{};
   std::string map{};  ///< file of the map, where the views of a series have several; empty: they
                       ///< have one
 };
@@ -27,7 +38,7 @@ struct ViewArguments {
 };
 
 /// --size, --samples, --bits, those of the camera, --cut, --look, --material, --exact, those of
-/// looks and those of maps. `arguments` must stay where it is.
+/// looks, those of maps and those of parts that fly. `arguments` must stay where it is.
 void add_view(Command command, ViewArguments& arguments);
 
 /// The view, checked. @param input the map or mesh that it shows. @throws InputError naming the

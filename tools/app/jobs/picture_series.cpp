@@ -11,6 +11,7 @@
 #include "qjulia/map/knob_table.hpp"
 #include "qjulia/map/map_file.hpp"
 #include "qjulia/picture/picture_settings.hpp"
+#include "qjulia/surface/surface.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -27,10 +28,21 @@ Remade remade_for(const std::string& name) {
 nlohmann::json without_camera(const View& view) {
   nlohmann::json all = to_json(view.map_options);
   all.update(to_json(view.picture));
+  all.update(to_json(view.scatter));
   all["map"] = view.map;
   for (const PictureSetting& setting : picture_settings()) {
     if (setting.is_of_camera) all.erase(setting.name);
   }
+  return all;
+}
+
+/// What of a view the set depends on.
+nlohmann::json of_set(const View& view) {
+  nlohmann::json all = without_camera(view);
+  for (const PictureSetting& setting : picture_settings()) {
+    if (setting.remade != Remade::set) all.erase(setting.name);
+  }
+  all.erase("scatter_time");
   return all;
 }
 
@@ -62,9 +74,44 @@ Scene turned(const Device& device, Scene scene, const std::string& input, const 
   return scene;
 }
 
+Scene Scatterer::at(const Device& device, Scene scene, const View& view, Session& session) {
+  const Map& map = scene.map.value();
+  nlohmann::json wanted = of_set(view);
+  if (of_ != wanted) {
+    const SurfaceOptions options{.resolution = view.scatter.resolution,
+                                 .iterations = view.picture.iterations,
+                                 .box = view.picture.box,
+                                 .precision = view.picture.precision,
+                                 .escape = view.picture.escape};
+    const TriangleMesh mesh = extract_surface(device, map, options, session.monitor());
+    if (mesh.triangles.empty()) {
+      throw InputError(
+          "the set has no surface of which parts could fly; give a smaller detail, or a higher "
+          "scatter-resolution");
+    }
+    about_.up = view.picture.camera.up.value_or(map.frame.up.value_or(kDefaultUp));
+    about_.framed = map.frame.box.value_or(mesh.box());
+    const Eigen::Vector3d up = direction(about_.up);
+    about_.ground =
+        std::ranges::min(mesh.vertices, {}, [&](const auto& x) { return x.dot(up); }).dot(up);
+    moving_ = scattered(mesh, view.scatter.chosen(), about_.up);
+    of_ = std::move(wanted);
+  }
+  scene.mesh = mesh_after(moving_, view.scatter.time);
+  scene.scattered = about_;
+  return scene;
+}
+
 Studio studio_of(const Device& device, const Scene& scene, const PictureOptions& options,
                  Session& session) {
   const TraceStage stage(session.trace(), "studio");
+  if (scene.scattered) {
+    PictureOptions standing = options;
+    standing.camera.up = scene.scattered->up;
+    Studio studio(device, scene.mesh, scene.scattered->framed, standing);
+    studio.set_ground(scene.scattered->ground);
+    return studio;
+  }
   if (!scene.map) return {device, scene.mesh, scene.mesh.box(), options};
   return {device, *scene.map, options, session.stop()};
 }
@@ -108,13 +155,6 @@ PictureSeries::PictureSeries(const Device& device, Scene scene, std::string inpu
       session_(session) {}
 
 bool PictureSeries::shows_one_set() const {
-  const auto of_set = [](const View& view) {
-    nlohmann::json all = without_camera(view);
-    for (const PictureSetting& setting : picture_settings()) {
-      if (setting.remade != Remade::set) all.erase(setting.name);
-    }
-    return all;
-  };
   const nlohmann::json first = of_set(views_.front());
   return std::ranges::all_of(views_, [&](const View& view) { return of_set(view) == first; });
 }
@@ -147,6 +187,9 @@ Studio& PictureSeries::studio(const View& view) {
     studio_.reset();
     is_lit_ = false;
     shown_ = turned_scene(view);
+    if (view.scatter.field) {
+      shown_ = scatterer_.at(device_, std::move(shown_), view, session_);
+    }
     studio_ = studio_of(device_, shown_, view.picture, session_);
   } else if (!changed.empty()) {
     studio_->set_light(view.picture);

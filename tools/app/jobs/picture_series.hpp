@@ -12,6 +12,7 @@
 #include "qjulia/device/device.hpp"
 #include "qjulia/map/map.hpp"
 #include "qjulia/mesh/mesh.hpp"
+#include "qjulia/mesh/moving_mesh.hpp"
 #include "qjulia/picture/picture.hpp"
 
 namespace qjulia::tools {
@@ -20,10 +21,30 @@ namespace qjulia::tools {
 struct Scene {
   std::optional<Map> map;  ///< or else the mesh
   TriangleMesh mesh;
+  /// Where it is set, the mesh is drawn though there is a map, from which it was made.
+  struct Scattered {
+    Box framed;         ///< what the camera frames
+    double ground = 0;  ///< its height along up
+    UpAxis up = kDefaultUp;
+  };
+  std::optional<Scattered> scattered{};
 };
 
 /// Reads a map or a mesh. @throws InputError
 Scene read_scene(const std::string& input, Session& session);
+
+/// Makes scenes whose parts fly. What does not change from one view to the next is made once.
+class Scatterer {
+ public:
+  /// @param scene with a map whose knobs are turned as the view says. @throws InputError where its
+  /// set is empty
+  Scene at(const Device& device, Scene scene, const View& view, Session& session);
+
+ private:
+  nlohmann::json of_;  ///< what the mesh was made of
+  MovingMesh moving_;
+  Scene::Scattered about_;
+};
 
 /// The scene with the map's knobs turned, as the view shows it. @param input the map's file.
 Scene turned(const Device& device, Scene scene, const std::string& input, const View& view,
@@ -117,6 +138,7 @@ class PictureSeries {
   Moving moving_{};
   Scene shown_;
   std::optional<Studio> studio_;
+  Scatterer scatterer_;
   bool is_lit_ = false;       ///< the studio has drawn a picture
   nlohmann::json of_studio_;  ///< the view that the studio is for, without its camera
 };

@@ -156,6 +156,7 @@ Job frame_job(Job job, const View& asked, const View& drawn) {
   job.options.erase("sweep");
   job.options.erase("turntable");
   set_changes(job.options, to_json(asked.map_options), to_json(drawn.map_options));
+  set_changes(job.options, to_json(asked.scatter), to_json(drawn.scatter));
   set_changes(job.options, to_json(asked.picture), to_json(drawn.picture));
   return job;
 }
