@@ -339,7 +339,8 @@ void Studio::set_light(const PictureOptions& options) {
 }
 
 void Studio::set_ground(double height) {
-  if (!std::isfinite(height)) throw InputError("the height of the ground is not finite");
+  constexpr double kFarthest = 1e9;
+  base::expect_between("ground", height, -kFarthest, kFarthest);
   impl_->own_ground = height;
   impl_->up.reset();  // the sky lights the ground, too
 }

@@ -125,6 +125,7 @@ void for_mesh_functions(const TriangleMesh& mesh, const std::filesystem::path& f
     const MovingMesh moving = scattered(mesh, {.seconds = 0.5});
     moving.validate();
     CHECK(mesh_at(moving, 1).triangles.size() <= triangles);
+    CHECK(mesh_after(moving, 0.3).triangles.size() <= triangles);
     write_moving_mesh(moving, folder / "moving.glb", {});
   });
   use("guess_up", Need::nothing, [&] { return axis_number(guess_up(mesh)) <= 2; });

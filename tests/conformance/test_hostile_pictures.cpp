@@ -110,6 +110,7 @@ TEST_CASE("a studio refuses hostile cameras, ranges, exposures and sizes by name
       studio.set_range(MaterialRange{x, 1});
     });
     takes(is_within(x, -20, 20), "set_exposure", "exposure", [&] { studio.set_exposure(x); });
+    takes(is_within(x, -1e9, 1e9), "set_ground", "ground", [&] { studio.set_ground(x); });
     takes(std::isfinite(x), "set_light", "lamp_turn",
           [&] { studio.set_light(changed(options, [&](auto& o) { o.light.lamp_turn = x; })); });
     accepts("range_over", [&] {

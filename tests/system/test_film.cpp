@@ -2,6 +2,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch_all.hpp>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <thread>
 
 #include "batch/folder_lock.hpp"
+#include "film_studio.hpp"
 #include "obj_text.hpp"
 #include "png_file.hpp"
 #include "process.hpp"
@@ -22,39 +24,7 @@ using namespace qjulia::test;
 
 namespace {
 
-constexpr const char* kScript = R"([film]
-map = "ball.qjulia.json"
-seconds = 2
-rate = 3
-step = "linear"
-[options]
-size = "32x24"
-samples = 1
-material = "trap"
-[[key]]
-at = 0
-azimuth = 0
-detail = 0.01
-[[key]]
-at = 2
-azimuth = 180
-detail = 0.05
-)";
-
-struct Studio {
-  TemporaryFolder folder;
-  std::string script = folder.file("turn.toml", kScript);
-
-  Studio() {
-    qjulia::Map ball;
-    ball.dynamics.factors = {{{}, 12}, {{0.5, 0.3, 0, 0.2}, -1}};
-    ball.frame.box = qjulia::Box{{-1, -1, -1}, {1, 1, 1}};
-    ball.frame.detail = 0.01;
-    ball.frame.diagonal = 3.4;
-    ball.frame.inradius = 1;
-    qjulia::write_map(ball, folder / "ball.qjulia.json");
-  }
-
+struct Studio : FilmStudio {
   std::string refused(const std::string& text) const {
     const auto result = run_command(
         {"film", "make", folder.file("bad.toml", text), "-o", folder / "bad", "--device", "cpu"});
@@ -73,7 +43,7 @@ ProcessResult film(const Studio& studio, const std::string& output,
 }
 
 std::string frame(const Studio& studio, const std::string& folder, int number) {
-  return read_text(studio.folder / (folder + "/frame_000" + std::to_string(number) + ".png"));
+  return studio.frame(folder, number);
 }
 
 }  // namespace
@@ -495,6 +465,132 @@ distance = 6
              ContainsSubstring("'map' and 'maps'"));
   CHECK_THAT(studio.refused("[film]\nmaps = \"steps/*\"\nseconds = 1\n[dive]\nportal = 1\n"),
              ContainsSubstring("give 'map' for 'maps'"));
+}
+
+TEST_CASE("a script's maps are made once, by its own commands") {
+  const Studio studio;
+  qjulia::Map other = qjulia::read_map(studio.folder / "ball.qjulia.json");
+  other.dynamics.factors[1].center.x = 0.3;
+  qjulia::write_map(other, studio.folder / "other.qjulia.json");
+  const std::string options = "[options]\nsize = \"32x24\"\nsamples = 1\n";
+  const std::string script = studio.folder.file(
+      "made.toml",
+      "[film]\nseconds = 1\nrate = 4\n[film.maps]\ncommand = \"morph\"\n"
+      "from = \"ball.qjulia.json\"\nsteps = 4\n[film.maps.to]\ncommand = \"convert\"\n"
+      "in = \"other.qjulia.json\"\ndrift = 0.1\n" +
+          options);
+  const auto make = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"film",   script,     "-o", studio.folder / "out/film",
+                                   "--json", "--device", "cpu"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_command(words);
+  };
+  const auto whole = make({});
+  INFO(whole.err);
+  REQUIRE(whole.exit_code == 0);
+  CHECK(json::parse(whole.out)["drawn"] == 4);
+  CHECK((frame(studio, "out/film", 1) != frame(studio, "out/film", 4)));
+  // Beside the output, in folders named by what they are made of; nothing half-made is left.
+  std::vector<std::string> made;
+  for (const auto& entry : std::filesystem::directory_iterator(studio.folder / "out/made.made")) {
+    made.push_back(entry.path().filename().string());
+  }
+  std::ranges::sort(made);
+  REQUIRE(made.size() == 3);
+  CHECK(made[0] == ".lock");
+  CHECK(made[1].starts_with("convert-"));
+  CHECK(made[2].starts_with("morph-"));
+  const std::string last = studio.folder / ("out/made.made/" + made[2] + "/step_0004.qjulia.json");
+  const auto written = std::filesystem::last_write_time(last);
+  // A film that goes on does not make them again.
+  std::filesystem::remove(studio.folder / "out/film/frame_0003.png");
+  const auto rest = make({});
+  CHECK(json::parse(rest.out)["drawn"] == 1);
+  CHECK(std::filesystem::last_write_time(last) == written);
+  CHECK(rest.err.find("making") == std::string::npos);
+  // The picture says of which map it is, and is drawn again from it.
+  const auto again = run_command({"run", studio.folder / "out/film/frame_0003.png", "--inputs",
+                                  studio.folder / ("out/made.made/" + made[2]), "-o",
+                                  studio.folder / "again.png", "--device", "cpu"});
+  INFO(again.err);
+  REQUIRE(again.exit_code == 0);
+  CHECK(read_png(studio.folder / "again.png").pixels ==
+        read_png(studio.folder / "out/film/frame_0003.png").pixels);
+  // What is made of another map has another name.
+  other.dynamics.factors[1].center.x = 0.2;
+  qjulia::write_map(other, studio.folder / "other.qjulia.json");
+  CHECK(json::parse(make({}).out)["drawn"] == 4);
+  // A sheet and a scene make what they need, too.
+  for (const std::string command : {"sheet", "scene"}) {
+    const auto shown =
+        run_command({"film", command, script, "-o",
+                     studio.folder / (command == "sheet" ? "s.png" : "s.usda"), "--device", "cpu"});
+    INFO(shown.err);
+    CHECK(shown.exit_code == 0);
+  }
+  // A dive finds the portal of a map that is yet to be made.
+  const std::string dive =
+      "[film]\nseconds = 1\nrate = 2\n[film.map]\ncommand = \"portals\"\n"
+      "map = \"ball.qjulia.json\"\ncount = 1\nsize = 0.2\n[dive]\n";
+  const auto dived = run_command({"film", studio.folder.file("dive.toml", dive + options), "-o",
+                                  studio.folder / "dive", "--json", "--device", "cpu"});
+  INFO(dived.err);
+  REQUIRE(dived.exit_code == 0);
+  CHECK(json::parse(dived.out)["seam"].is_number());
+  // All that is wrong is told, with its line, before anything is made.
+  const std::string wrong = studio.refused(
+      "[film]\nseconds = 1\n[film.maps]\ncommand = \"morph\"\nfrom = \"none.qjulia.json\"\n"
+      "step = 3\n[film.maps.to]\ncommand = \"render\"\n[options]\nsize = \"big\"\n");
+  CHECK_THAT(wrong, ContainsSubstring("bad.toml:5: maps.from: from: there is no file") &&
+                        ContainsSubstring("bad.toml:6: maps.step: 'morph' has no option 'step'") &&
+                        ContainsSubstring("bad.toml:7: maps.to: 'render' makes no map; give "
+                                          "convert, fit, paint, portals, shape") &&
+                        ContainsSubstring("bad.toml:9: [options]: "));
+  CHECK_THAT(studio.refused("[film]\nseconds = 1\n[film.map]\nfrom = \"a\"\n"),
+             ContainsSubstring("bad.toml:3: map: give the name of a map's file"));
+  CHECK_THAT(studio.refused("[film]\nseconds = 1\n[film.maps]\ncommand = \"convert\"\n"),
+             ContainsSubstring("bad.toml:3: maps: 'convert' makes no folder of maps; give morph"));
+  CHECK_THAT(studio.refused("[film]\nseconds = 1\n[film.map]\ncommand = \"portals\"\n"
+                            "map = \"ball.qjulia.json\"\noutput = \"x.qjulia.json\"\n"),
+             ContainsSubstring("bad.toml:6: map.output: "));
+}
+
+TEST_CASE("parts of a set fly in a film, and the set stands still meanwhile") {
+  const Studio studio;
+  // Two balls; the small one is loose.
+  qjulia::Map map = qjulia::read_map(studio.folder / "ball.qjulia.json");
+  map.dynamics.factors = {{{-0.5, 0, 0, 0}, 6}, {{0.9, 0, 0, 0}, 2}};
+  qjulia::write_map(map, studio.folder / "two.qjulia.json");
+  const std::string begin =
+      "[film]\nmap = \"two.qjulia.json\"\nseconds = 2\nrate = 2\n[options]\nsize = \"64x48\"\n"
+      "samples = 1\niterations = 1\n";
+  const std::string flying =
+      begin + "scatter = \"outward\"\nscatter_seconds = 2\nscatter_resolution = 32\n";
+  const std::string keys =
+      "[[key]]\nat = 0\nscatter_time = 0\nazimuth = 0\n[[key]]\nat = 2\nscatter_time = 2\n"
+      "azimuth = 0\n";
+  const std::string script = studio.folder.file("fly.toml", flying + keys);
+  const auto made =
+      run_command({"film", script, "-o", studio.folder / "fly", "--json", "--device", "cpu"});
+  INFO(made.err);
+  REQUIRE(made.exit_code == 0);
+  CHECK(json::parse(made.out)["kept"]["nothing"] == 3);  // the first is the one that is framed
+  CHECK((frame(studio, "fly", 1) != frame(studio, "fly", 4)));
+  const auto again =
+      run_command({"run", studio.folder / "fly/frame_0004.png", "--inputs", studio.folder.path(),
+                   "-o", studio.folder / "again.png", "--device", "cpu"});
+  INFO(again.err);
+  REQUIRE(again.exit_code == 0);
+  CHECK(read_png(studio.folder / "again.png").pixels ==
+        read_png(studio.folder / "fly/frame_0004.png").pixels);
+  CHECK_THAT(studio.refused(begin + keys),
+             ContainsSubstring("bad.toml:11: scatter-time at 0 seconds: nothing flies; give the "
+                               "option scatter, too"));
+  CHECK_THAT(
+      studio.refused(flying + keys + "[[key]]\nat = 1\ndrift = 0\n[[key]]\nat = 2\ndrift = 0.5\n"),
+      ContainsSubstring("bad.toml:22: drift moves at 1.5 seconds, while parts fly"));
+  CHECK_THAT(studio.refused(flying + "material = \"trap\"\n"),
+             ContainsSubstring("leave --material, --cut and --exact out"));
 }
 
 TEST_CASE("a film's camera and lamps go to other programs") {

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <catch2/catch_all.hpp>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -31,6 +33,32 @@ Eigen::Vector3d end_of(const MovingBody& body) { return body.poses.back().place;
 Eigen::Vector3d start_of(const MovingBody& body) { return body.poses.front().place; }
 
 }  // namespace
+
+TEST_CASE("between two moments bodies move evenly, and they stay after the last") {
+  const MovingMesh moving = scattered(ball_and_crumbs(), {.seconds = 1}, UpAxis::z);
+  const auto equal = [](const TriangleMesh& one, const TriangleMesh& other) {
+    double most = 0;
+    for (std::size_t i = 0; i < one.vertices.size(); ++i) {
+      most = std::max(most, (one.vertices[i] - other.vertices[i]).norm());
+    }
+    return most < 1e-12;
+  };
+  CHECK(equal(mesh_after(moving, 0), mesh_at(moving, 0)));
+  CHECK(equal(mesh_after(moving, 12.0 / 24), mesh_at(moving, 12)));
+  CHECK(equal(mesh_after(moving, 100), mesh_at(moving, 24)));
+  // A third of the way: places by a third, and bodies keep their form.
+  MovingMesh between = moving;
+  between.moments = 1;
+  for (MovingBody& body : between.bodies) {
+    if (body.poses.size() == 1) continue;
+    const BodyPose &from = body.poses[12], &to = body.poses[13];
+    body.poses = {{from.place + (to.place - from.place) / 3, from.turn.slerp(1.0 / 3, to.turn)}};
+  }
+  CHECK(equal(mesh_after(moving, (12 + 1.0 / 3) / 24), mesh_at(between, 0)));
+  CHECK_FALSE(equal(mesh_after(moving, (12 + 1.0 / 3) / 24), mesh_at(moving, 12)));
+  CHECK_THROWS_WITH(mesh_after(moving, -1), ContainsSubstring("give 0 or more"));
+  CHECK_THROWS_AS(mesh_after(moving, std::nan("")), InputError);
+}
 
 TEST_CASE("loose bodies fly, and the largest stays with its cavity") {
   const TriangleMesh mesh = ball_and_crumbs();

@@ -27,6 +27,16 @@ double at(const Track& track, double time) { return track.at(time).front(); }
 
 }  // namespace
 
+TEST_CASE("what goes by ratios does not leave the range of its keys, not even by rounding") {
+  for (const double most : {0.1, 0.3, 0.7, 1.1, 30.0}) {
+    const Track track =
+        track_of({{0, 0.02}, {1.8, most}}, Step::ease, Loop::hold, Interpolation::logarithmic);
+    CHECK(at(track, 5) == most);
+    CHECK(at(track, -1) == 0.02);
+    CHECK(at(track, 1.8 - 1e-9) <= most);
+  }
+}
+
 TEST_CASE("a track goes through its keys and stays at its ends") {
   for (const Step step : {Step::hold, Step::linear, Step::ease, Step::spline}) {
     const Track track = track_of({{3, 2}, {1, 5}, {4, 2.5}, {7, -1}}, step);

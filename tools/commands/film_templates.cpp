@@ -55,10 +55,15 @@ drift = 1.0
 
 constexpr const char* kDive =
     R"(# Into a portal of the map, without an end: the last picture is followed by the first.
-#   qjulia portals bunny.qjulia.json -o stack.qjulia.json --count 1 --size 0.2
+#   qjulia film dive.toml -o dive.mp4
 [film]
-map = "stack.qjulia.json"   # a map with portals
 seconds = 5                 # until everything looks as before, that many times as large
+
+[film.map]                  # a map with portals, made first; or its name in [film], as in: map = "stack.qjulia.json"
+command = "portals"
+map = "bunny.qjulia.json"
+count = 1
+size = 0.2
 
 [dive]
 portal = 1                  # the portal to dive into

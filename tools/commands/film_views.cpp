@@ -87,6 +87,25 @@ View view_at(const FilmScript& script, const View& base, double time,
   return view;
 }
 
+/// Parts of one set are not those of another: where they fly while a knob moves, they would jump.
+/// @param problems gets what moves, by its name
+void expect_still_set(const FilmScript& script, const std::vector<View>& views,
+                      std::map<std::string, std::string>& problems) {
+  for (std::size_t i = 1; i < views.size(); ++i) {
+    if (!views[i].scatter.field || views[i - 1].scatter.time == 0) continue;
+    const nlohmann::json before = to_json(views[i - 1].map_options);
+    for (const auto& [name, track] : script.tracks) {
+      const auto knob = before.find(job_name(moving_settings().at(name).of));
+      if (knob == before.end() || *knob == to_json(views[i].map_options).at(knob.key())) continue;
+      const double time = script.middle_of(i);
+      problems.emplace(
+          name, fmt::format("{}: {} moves at {:.4g} seconds, while parts fly, and they would jump; "
+                            "let it stand still where scatter-time is above 0",
+                            track.place(time), name, time));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<View> FilmScript::views(const View& base) const {
@@ -104,6 +123,7 @@ std::vector<View> FilmScript::views(const View& base) const {
     std::optional<double>& own = view.picture.light.lamp_turn;
     own = own.value_or(turn) + (dive ? view.picture.camera.azimuth - turn : 0);
   }
+  if (problems.empty()) expect_still_set(*this, all, problems);
   if (problems.empty()) return all;
   std::vector<std::string> told;
   told.reserve(problems.size());

@@ -79,11 +79,16 @@ Track::Track(std::vector<Key> keys, Interpolation interpolation, Loop loop)
         same->place.empty() ? ""
                             : fmt::format(" ({} and {})", same->place, std::next(same)->place)));
   }
+  least_ = most_ = keys_.front().value;
   for (Key& key : keys_) {
     if (key.value.size() != keys_.front().value.size()) {
       throw InputError("its keys have different numbers of values");
     }
     expect_value(key.value, interpolation_);
+    for (std::size_t i = 0; i < key.value.size(); ++i) {
+      least_[i] = std::min(least_[i], key.value[i]);
+      most_[i] = std::max(most_[i], key.value[i]);
+    }
     if (interpolation_ != Interpolation::logarithmic) continue;
     for (double& number : key.value) number = std::log(number);
   }
@@ -164,7 +169,10 @@ std::vector<double> Track::at(double time) const {
   const double turns = goes_on ? std::floor((time - keys_.front().time) / length) : 0;
   for (std::size_t i = 0; i < value.size(); ++i) {
     value[i] += turns * (keys_.back().value[i] - keys_.front().value[i]);
-    if (interpolation_ == Interpolation::logarithmic) value[i] = std::exp(value[i]);
+    if (interpolation_ != Interpolation::logarithmic) continue;
+    value[i] = std::exp(value[i]);
+    // Nothing overshoots, but for the rounding of exp: a key may have the largest value there is.
+    if (!goes_on) value[i] = std::clamp(value[i], least_[i], most_[i]);
   }
   return value;
 }

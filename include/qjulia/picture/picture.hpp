@@ -190,7 +190,8 @@ class Studio {
   void set_light(const PictureOptions& options);
 
   /// The ground of later pictures lies at this height along up, shape units, instead of under what
-  /// is drawn: so that it stands still while bodies move. @throws InputError
+  /// is drawn: so that it stands still while bodies move. @throws OptionError beyond
+  /// 1e9
   void set_ground(double height);
 
   Image picture(const Camera& camera, const ProgressMonitor& monitor = {});
