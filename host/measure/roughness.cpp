@@ -9,6 +9,7 @@
 #include "measure/outline.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/mesh/shape.hpp"
+#include "qjulia/surface/cell_mesh.hpp"
 #include "qjulia/surface/surface.hpp"
 
 namespace qjulia {
@@ -18,8 +19,27 @@ constexpr double kOutlineRadius = 1.0 / 20;  // times the longest side
 constexpr int kLeastOutlineCells = 16, kMostOutlineCells = 512;
 constexpr int kPorosityCells = 128;
 constexpr int kLeastRoughCells = 32, kMostRoughCells = 2048;
+constexpr int kMostMeshCells = 1024;
 constexpr int kCoarsestCells = 16;
 constexpr std::size_t kScales = 4;
+
+/// The finest cells, a half of them and so on, coarsest first.
+std::vector<int> halved(int finest) {
+  std::vector<int> all;
+  for (int cells = finest; cells >= kCoarsestCells && all.size() < kScales; cells /= 2) {
+    all.insert(all.begin(), cells);
+  }
+  return all;
+}
+
+/// A scale, with ratios over the figures of what all scales are of.
+nlohmann::json scale_json(const SurfaceAtScale& scale, const SurfaceFigures& whole) {
+  nlohmann::json one = to_json(scale.figures);
+  one["resolution"] = scale.resolution;
+  one["area_ratio"] = scale.figures.area / whole.area;
+  one["volume_ratio"] = scale.figures.volume / whole.volume;
+  return one;
+}
 
 /// The slope of ln area over ln cells by least squares.
 double slope_of(const std::vector<SurfaceAtScale>& scales) {
@@ -115,19 +135,30 @@ SurfaceFigures figures_of_set(const Device& device, const Map& map, const Roughn
   return measure(surface_of_set(device, map, options, monitor.stop), monitor.stop);
 }
 
+MeshScales mesh_scales(const Device& device, const TriangleMesh& mesh, int resolution,
+                       const ProgressMonitor& monitor) {
+  base::expect_between("resolution", resolution, kLeastRoughCells, kMostMeshCells);
+  MeshScales result;
+  result.whole = measure(mesh, monitor.stop);
+  double done = 0;
+  for (const int cells : halved(resolution)) {
+    monitor.report({"measuring roughness", done, -1, ""});
+    const TriangleMesh seen = cell_mesh(device, mesh, cells, monitor.stop);
+    result.scales.push_back({cells, measure(seen, monitor.stop)});
+    done = double(cells) / resolution;
+  }
+  result.area_slope = slope_of(result.scales);
+  return result;
+}
+
 Roughness roughness(const Device& device, const Map& map, const RoughnessOptions& options,
                     const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
-  std::vector<int> resolutions;
-  for (int cells = options.resolution; cells >= kCoarsestCells && resolutions.size() < kScales;
-       cells /= 2) {
-    resolutions.insert(resolutions.begin(), cells);
-  }
   const auto report = [&](double done) { monitor.report({"measuring roughness", done, -1, ""}); };
   report(0);
   Roughness result;
-  for (const int cells : resolutions) {
+  for (const int cells : halved(options.resolution)) {
     const RoughnessOptions scale{cells, options.iterations};
     const TriangleMesh set = surface_of_set(device, map, scale, monitor.stop);
     result.scales.push_back({cells, measure(set, monitor.stop)});
@@ -150,14 +181,16 @@ nlohmann::json to_json(const Porosity& porosity) {
           {"share", porosity.share}};
 }
 
+nlohmann::json to_json(const MeshScales& scales) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const SurfaceAtScale& scale : scales.scales) list.push_back(scale_json(scale, scales.whole));
+  return {{"scales", list}, {"area_slope", scales.area_slope}};
+}
+
 nlohmann::json to_json(const Roughness& roughness) {
   nlohmann::json scales = nlohmann::json::array();
   for (const SurfaceAtScale& scale : roughness.scales) {
-    nlohmann::json one = to_json(scale.figures);
-    one["resolution"] = scale.resolution;
-    one["area_ratio"] = scale.figures.area / roughness.smooth.area;
-    one["volume_ratio"] = scale.figures.volume / roughness.smooth.volume;
-    scales.push_back(std::move(one));
+    scales.push_back(scale_json(scale, roughness.smooth));
   }
   return {{"scales", scales},
           {"area_slope", roughness.area_slope},

@@ -60,6 +60,7 @@
 #include "qjulia/profile/profile_settings.hpp"
 #include "qjulia/profile/scaling.hpp"
 #include "qjulia/profile/tune.hpp"
+#include "qjulia/surface/cell_mesh.hpp"
 #include "qjulia/surface/compare.hpp"
 #include "qjulia/surface/compare_settings.hpp"
 #include "qjulia/surface/cut_mesh.hpp"

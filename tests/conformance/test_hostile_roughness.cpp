@@ -1,6 +1,7 @@
 // Meshes, maps and targets of roughness that nobody should give.
 
 #include "hostile.hpp"
+#include "qjulia/surface/cell_mesh.hpp"
 #include "qjulia/surface/roughness.hpp"
 #include "qjulia/surface/roughness_target.hpp"
 #include "shapes.hpp"
@@ -18,6 +19,13 @@ TEST_CASE("hostile meshes and cells of roughness are refused") {
   TriangleMesh broken = shapes::sphere(1);
   broken.vertices[3].x() = kNan;
   CHECK_THROWS_AS(porosity(rough_device(), broken), InputError);
+  CHECK_THROWS_AS(cell_mesh(rough_device(), broken, 32), InputError);
+  CHECK_THROWS_AS(cell_mesh(rough_device(), TriangleMesh(), 32), InputError);
+  CHECK_THROWS_AS(mesh_scales(rough_device(), broken), InputError);
+  for (const int cells : {-1, 15, 1025}) {
+    CHECK_THROWS_AS(cell_mesh(rough_device(), shapes::sphere(1), cells), OptionError);
+    CHECK_THROWS_AS(mesh_scales(rough_device(), shapes::sphere(1), cells), OptionError);
+  }
   CHECK_THROWS_AS(reference_of(rough_device(), broken), InputError);
   CHECK_THROWS_AS(porosity(rough_device(), TriangleMesh()), InputError);
   for (const int cells : {-1, 0, 15, 513, 1 << 30}) {

@@ -1,10 +1,13 @@
 // Porosity of bodies that are known, and the roughness of a map's set.
 
 #include <catch2/catch_all.hpp>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "qjulia/base/error.hpp"
 #include "qjulia/exact/exact_map.hpp"
+#include "qjulia/surface/cell_mesh.hpp"
+#include "qjulia/surface/figures.hpp"
 #include "qjulia/surface/roughness.hpp"
 #include "qjulia/surface/roughness_target.hpp"
 #include "shapes.hpp"
@@ -102,4 +105,30 @@ TEST_CASE("what cannot be reached is said with what can be") {
   without.frame.detail.reset();
   CHECK_THROWS_AS(with_roughness(roughness_device(), without, {.area = 1.2, .resolution = 64}),
                   OptionError);
+}
+
+TEST_CASE("a mesh has the area that cells of each size see") {
+  const TriangleMesh ball = shapes::sphere(5);
+  const MeshScales smooth = mesh_scales(roughness_device(), ball, 128);
+  REQUIRE(smooth.scales.size() == 4);
+  for (const SurfaceAtScale& scale : smooth.scales) {
+    CHECK(scale.figures.area == Catch::Approx(smooth.whole.area).epsilon(0.02));
+    CHECK(scale.figures.volume == Catch::Approx(smooth.whole.volume).epsilon(0.02));
+    CHECK(scale.figures.components == 1);
+  }
+  CHECK(std::abs(smooth.area_slope) < 0.01);
+  // Waves that a cell of a 128th sees, and one of a 16th does not.
+  TriangleMesh rough = shapes::sphere(7);
+  for (Eigen::Vector3d& x : rough.vertices) {
+    x *= 1 + 0.02 * std::sin(60 * x.x()) * std::sin(60 * x.y()) * std::sin(60 * x.z());
+  }
+  const MeshScales waves = mesh_scales(roughness_device(), rough, 128);
+  CHECK(waves.scales.back().figures.area == Catch::Approx(waves.whole.area).epsilon(0.05));
+  CHECK(waves.scales.front().figures.area < 0.9 * waves.whole.area);
+  CHECK(waves.area_slope > 0.03);
+  // Far blocks count as one side: the mesh is that of all points.
+  const TriangleMesh seen = cell_mesh(roughness_device(), plates(), 40);
+  CHECK(measure(seen).components == 2);
+  CHECK(signed_volume(seen) == Catch::Approx(7.6).epsilon(0.02));
+  CHECK(to_json(waves)["scales"][3]["area_ratio"] > 0.95);
 }

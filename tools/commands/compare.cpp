@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -103,14 +104,21 @@ int run_compare(const CompareArguments& arguments, const Plan& /*plan*/, Session
   }
   const auto metrics = compare(device, map, mesh, options, session.monitor());
   std::optional<Roughness> rough;
+  MeshScales of_mesh;
+  Porosity porous;
   if (arguments.roughness) {
     rough = roughness(device, map, {options.resolution, options.iterations}, session.monitor());
+    of_mesh = mesh_scales(device, mesh, options.resolution, session.monitor());
+    porous = porosity(device, mesh, std::min(options.resolution, 128), session.stop());
   }
   session.report_kernels(device);
   nlohmann::json list = nlohmann::json::array();
   for (const FitMetrics& m : metrics) list.push_back(to_json(m));
   session.console.result(
-      table(metrics) + (rough ? "\n" + roughness_text(*rough) : ""),
+      table(metrics) +
+          (rough ? fmt::format("\n{}\nthe mesh, seen with the same cells:\n{}\n{}",
+                               roughness_text(*rough), scales_text(of_mesh), porosity_text(porous))
+                 : ""),
       {{"map", arguments.map},
        {"mesh", arguments.mesh},
        {"resolution", options.resolution},
@@ -119,6 +127,8 @@ int run_compare(const CompareArguments& arguments, const Plan& /*plan*/, Session
        {"made_with", how},
        {"metrics", list},
        {"roughness", rough ? to_json(*rough) : nlohmann::json()},
+       {"area_at_scales", rough ? to_json(of_mesh) : nlohmann::json()},
+       {"porosity", rough ? to_json(porous) : nlohmann::json()},
        {"seconds", session.seconds()}});
   return kDone;
 }
@@ -139,9 +149,9 @@ void describe_compare(Command command, CompareArguments& a) {
   }
   command.flag(
       "--measure-roughness", a.roughness,
-      "Also measure how rough the set is, by itself: area and volume over the smooth set's "
-      "at --resolution cells, a half, a quarter and an eighth of it, box dimension and "
-      "porosity");
+      "Also measure how rough the set and the mesh are, each by itself: area and volume over the "
+      "smooth set's, or the mesh's own, at --resolution cells, a half, a quarter and an eighth of "
+      "it, box dimension and porosity");
   const Option picture =
       command
           .file("--picture", a.picture, "FILE.png",

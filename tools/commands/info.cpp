@@ -160,7 +160,9 @@ void measure_or_tell(const char* name, Answer& answer, const Measure& measure) {
   try {
     measure();
   } catch (const InputError& error) {
-    answer.add(fmt::format("{:<13} not measured: {}", name, error.what()), name, nullptr);
+    std::string words = name;
+    std::ranges::replace(words, '_', ' ');
+    answer.add(fmt::format("{:<13} not measured: {}", words, error.what()), name, nullptr);
   }
 }
 
@@ -200,6 +202,10 @@ Answer mesh_info(const InfoArguments& arguments, const std::stop_token& stop) {
   if (const auto device = device_for(arguments, answer)) {
     describe_interior(mesh, *device, stop, answer);
     if (arguments.roughness) {
+      measure_or_tell("area_at_scales", answer, [&, &mesh = mesh] {
+        const MeshScales scales = mesh_scales(*device, mesh, 256, {{}, stop});
+        answer.add(scales_text(scales), "area_at_scales", to_json(scales));
+      });
       measure_or_tell("porosity", answer, [&, &mesh = mesh] {
         const Porosity porous = porosity(*device, mesh, 128, stop);
         answer.add(porosity_text(porous), "porosity", to_json(porous));
@@ -510,8 +516,8 @@ void describe_info(Command command, InfoArguments& a) {
                "Also count the points near a map's surface that are inside in single and outside "
                "in double precision, or the other way round");
   command.flag("--measure-roughness", a.roughness,
-               "Also measure how rough it is: of a map, area and volume of its set at 256 cells, a "
-               "half, a quarter and an eighth of them, with box dimension; of maps and meshes, the "
+               "Also measure how rough it is: area and volume of the map's set, or of the mesh, at "
+               "256 cells, a half, a quarter and an eighth of them, with box dimension, and the "
                "porosity. It takes as long as two surfaces");
   const Option printable =
       command.flag("--printable", a.printable,

@@ -3,10 +3,33 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <vector>
 
 #include "base/setting_json.hpp"
 
 namespace qjulia::tools {
+namespace {
+
+/// @param whole what ratios are over, and `name` what the table calls it.
+std::string table_of(const char* name, const SurfaceFigures& whole,
+                     const std::vector<SurfaceAtScale>& scales, double area_slope) {
+  std::string text = fmt::format(
+      "cells         area ratio   volume ratio   area / volume   dimension\n"
+      "{:<13}      1.000          1.000   {:13.5g}",
+      name, whole.area / whole.volume);
+  for (const SurfaceAtScale& scale : scales) {
+    const SurfaceFigures& figures = scale.figures;
+    text += fmt::format(
+        "\n{:<13} {:10.3f}   {:12.4f}   {:13.5g}   {}", scale.resolution, figures.area / whole.area,
+        figures.volume / whole.volume, figures.area / figures.volume,
+        std::isnan(figures.dimension)
+            ? "-"
+            : fmt::format("{:.3f} +- {:.3f}", figures.dimension, figures.dimension_error));
+  }
+  return text + fmt::format("\narea slope    {0:.3f}: the area grows as cells^{0:.3f}", area_slope);
+}
+
+}  // namespace
 
 std::string porosity_text(const Porosity& porosity) {
   return fmt::format(
@@ -15,24 +38,12 @@ std::string porosity_text(const Porosity& porosity) {
 }
 
 std::string roughness_text(const Roughness& roughness) {
-  std::string text =
-      "cells         area ratio   volume ratio   area / volume   dimension\n"
-      "(smooth)           1.000          1.000";
-  text += fmt::format("   {:13.5g}", roughness.smooth.area / roughness.smooth.volume);
-  for (const SurfaceAtScale& scale : roughness.scales) {
-    const SurfaceFigures& figures = scale.figures;
-    text += fmt::format(
-        "\n{:<13} {:10.3f}   {:12.4f}   {:13.5g}   {}", scale.resolution,
-        figures.area / roughness.smooth.area, figures.volume / roughness.smooth.volume,
-        figures.area / figures.volume,
-        std::isnan(figures.dimension)
-            ? "-"
-            : fmt::format("{:.3f} +- {:.3f}", figures.dimension, figures.dimension_error));
-  }
-  return text +
-         fmt::format("\narea slope    {:.3f}: the area grows as cells^{:.3f}\n",
-                     roughness.area_slope, roughness.area_slope) +
+  return table_of("(smooth)", roughness.smooth, roughness.scales, roughness.area_slope) + "\n" +
          porosity_text(roughness.porosity);
+}
+
+std::string scales_text(const MeshScales& scales) {
+  return table_of("(the mesh)", scales.whole, scales.scales, scales.area_slope);
 }
 
 nlohmann::json asked_json(const RoughnessTarget& target) {

@@ -13,6 +13,8 @@ namespace qjulia::tools {
 
 /// A table of areas by scale, and the porosity.
 std::string roughness_text(const Roughness& roughness);
+/// The same table for a mesh, without the porosity.
+std::string scales_text(const MeshScales& scales);
 std::string porosity_text(const Porosity& porosity);
 
 /// What is asked for; null where nothing is.

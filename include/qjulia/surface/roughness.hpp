@@ -25,7 +25,7 @@ struct Porosity {
 Porosity porosity(const Device& device, const TriangleMesh& mesh, int resolution = 128,
                   const std::stop_token& stop = {});
 
-/// A set's surface made with cells of one size, without loose pieces.
+/// A surface made with cells of one size; of a set, without loose pieces.
 struct SurfaceAtScale {
   int resolution = 0;  ///< cells along the box's longest side
   SurfaceFigures figures;
@@ -58,6 +58,21 @@ Roughness roughness(const Device& device, const Map& map, const RoughnessOptions
 SurfaceFigures figures_of_set(const Device& device, const Map& map, const RoughnessOptions& options,
                               const ProgressMonitor& monitor = {});
 
+/// A mesh's area against the cells it is seen with.
+struct MeshScales {
+  /// Coarsest first, each of twice as many cells as the one before.
+  std::vector<SurfaceAtScale> scales;
+  double area_slope = 0;  ///< as `Roughness` has it
+  SurfaceFigures whole;   ///< of the mesh itself
+};
+
+/// `cell_mesh` with `resolution` cells, a half, a quarter and an eighth of them, down to 16.
+/// @param resolution 32 … 1024.
+/// @throws InputError as `cell_mesh`, OptionError naming `resolution`, Interrupted.
+MeshScales mesh_scales(const Device& device, const TriangleMesh& mesh, int resolution = 256,
+                       const ProgressMonitor& monitor = {});
+
+nlohmann::json to_json(const MeshScales& scales);
 nlohmann::json to_json(const Porosity& porosity);
 /// Undefined figures are null.
 nlohmann::json to_json(const Roughness& roughness);
