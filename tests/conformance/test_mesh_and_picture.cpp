@@ -11,6 +11,7 @@
 #include "qjulia/map/detail.hpp"
 #include "qjulia/picture/picture.hpp"
 #include "qjulia/surface/surface.hpp"
+#include "shapes.hpp"
 #include "test_device.hpp"
 
 using namespace qjulia;
@@ -81,6 +82,37 @@ Apart apart(const TriangleMesh& mesh, const PictureLayers& layers) {
 }
 
 }  // namespace
+
+TEST_CASE("the ground stands still where it is told to") {
+  PictureOptions options;
+  options.width = 64;
+  options.height = 48;
+  options.samples = 1;
+  options.camera.elevation = 20;
+  options.camera.look_at = Vector3d(0, 0, 0);
+  options.camera.distance = 6;
+  options.camera.up = UpAxis::z;
+  const TriangleMesh ball = shapes::sphere(4);
+  const Box framed = ball.box();
+  const auto drawn = [&](const TriangleMesh& mesh, std::optional<double> ground) {
+    Studio studio(test::shared_device(), mesh, framed, options);
+    studio.set_exposure(0);
+    if (ground) studio.set_ground(*ground);
+    return studio.picture(options.camera).pixels;
+  };
+  const auto under_it = drawn(ball, {});
+  // The lowest point as a map of 256 texels sees it.
+  const auto differ = [&](const auto& one, const auto& other) {
+    double sum = 0;
+    for (std::size_t i = 0; i < one.size(); ++i) sum += std::abs(int{one[i]} - int{other[i]});
+    return sum / static_cast<double>(one.size());
+  };
+  CHECK(differ(under_it, drawn(ball, -1)) < 0.5);
+  CHECK(differ(under_it, drawn(ball, -1.5)) > 2);
+  // A body that is lifted leaves the ground where it was.
+  const TriangleMesh lifted = shapes::moved(ball, 1, {0, 0, 0.5});
+  CHECK(differ(drawn(lifted, {}), drawn(lifted, -1)) > 2);
+}
 
 TEST_CASE("meshes do not face the axes") {
   const Map map = rough_map();

@@ -351,6 +351,9 @@ RUNS = {
              "--size": lambda done, value: done.json["made_with"]["picture"]["size"] == "16x12",
              "--aov": lambda done, value: len(done.json["layers"]) == 5,
              "--preview": lambda done, value: "preview: k.preview.png" in done.err}),
+        Run("f.qjulia.json", {"--output": "dust.png", "--size": "16x12", "--drift": "0.9", "--scatter": "wind",
+                              "--scatter-time": "1", "--scatter-seconds": "2", "--scatter-distance": "2",
+                              "--scatter-seed": "3", "--scatter-resolution": "32"}),
         Run("f.qjulia.json", {"--output": "s.png", "--size": "16x12", "--sweep": "zoom=1,2"},
             {"--sweep": makes("s_002.png")}),
         Run("f.qjulia.json", {"--output": "t.png", "--size": "16x12", "--turntable": "2"},
@@ -386,7 +389,8 @@ RUNS = {
         Run("f.qjulia.json MESH", {"--resolution": "16", "--limbs": None},
             {"--limbs": lambda done, value: done.json["metrics"][0]["limbs"] >= 0}),
         Run("f.qjulia.json MESH", {"--resolution": "32", "--measure-roughness": None},
-            {"--measure-roughness": lambda done, value: done.json["roughness"]["scales"]}),
+            {"--measure-roughness": lambda done, value: done.json["roughness"]["scales"]
+             and done.json["area_at_scales"]["scales"]}),
     ],
     "convert": [
         Run("f.qjulia.json c.qjulia.json", {}),
@@ -420,7 +424,8 @@ RUNS = {
             {"--check-precision": lambda done, value: done.json["precision"]["points"] > 0}),
         Run("l.stl", {"--printable": None, "--nozzle": "0.6"}, {"--printable": lambda done, value: done.json["printable"]}),
         Run("l.stl", {"--printable": None, "--min-wall": "0.5"}),
-        Run("l.stl", {"--measure-roughness": None}, {"--measure-roughness": lambda done, value: done.json["porosity"]["share"] >= 0}),
+        Run("l.stl", {"--measure-roughness": None}, {"--measure-roughness": lambda done, value: done.json["porosity"]["share"] >= 0
+            and done.json["area_at_scales"]["scales"]}),
     ],
     "explore": [
         Run("u.qjulia.json", {"--port": "PORT", "--host": "localhost", "--open": None, "--keep-loose": None}),

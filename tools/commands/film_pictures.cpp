@@ -288,6 +288,7 @@ void FilmDrawing::draw(PictureSeries& series, std::size_t number, KeptCounter& k
   const auto made = series.picture(number, pictures_.base, false, monitor);
   nlohmann::json how = made_with(made.job);
   how["picture"] = to_json(made.view.picture);
+  if (made.view.scatter.field) how["scatter"] = to_json(made.view.scatter);
   how["film"] = film_note(key_, number + 1);
   write_picture(made.image, pictures_.folder / film::frame_name(number + 1), how);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;

@@ -150,6 +150,7 @@ int run_sweep(const RenderArguments& arguments, const RenderPlan& plan, Session&
     if (made.image.loose.count > 0) session.console.note(left_out_text(made.image.loose));
     nlohmann::json how = made_with(made.job);
     how["picture"] = to_json(made.view.picture);
+    if (made.view.scatter.field) how["scatter"] = to_json(made.view.scatter);
     files.push_back(frame_path(arguments.output.path, files.size() + 1).string());
     {
       const TraceStage stage(session.trace(), "write");
@@ -194,6 +195,7 @@ int run_render(const RenderArguments& arguments, const RenderPlan& plan, Session
   warn_if_empty(image, arguments.input, options, session);
   nlohmann::json how = made_with(session.job());
   how["picture"] = to_json(as_drawn(options, studio));
+  if (plan.view.scatter.field) how["scatter"] = to_json(plan.view.scatter);
   const TraceStage stage(session.trace(), "write");
   if (is_layered(arguments)) {
     write_layered_picture(drawn, arguments.output.path, how);

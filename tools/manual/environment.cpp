@@ -58,7 +58,8 @@ std::span<const Entry> environment() {
             "explore --open' leads the browser with. Default: /tmp.",
             Concern::all},
       Entry{"OMPI_COMM_WORLD_SIZE, PMI_SIZE, PMI_RANK, PMIX_RANK",
-            "Set by mpirun and by Slurm. Where one of them is there, 'qjulia fit', 'qjulia film make' and 'qjulia "
+            "Set by mpirun and by Slurm. Where one of them is there, 'qjulia fit', 'qjulia film "
+            "make' and 'qjulia "
             "batch run' "
             "take part in a run over several processes.",
             Concern::computing},
