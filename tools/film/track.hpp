@@ -81,7 +81,7 @@ class Track {
   std::vector<double> between_keys(double time) const;
   double slope(std::size_t key, std::size_t number) const;
 
-  std::vector<Key> keys_;  ///< in time's order; of logarithmic settings the logarithms
+  std::vector<Key> keys_;             ///< in time's order; of logarithmic settings the logarithms
   std::vector<double> least_, most_;  ///< by number, over the keys
   Interpolation interpolation_;
   Loop loop_;
