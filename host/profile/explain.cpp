@@ -17,11 +17,21 @@ std::string counted(int number, const char* one) {
 
 /// What a pass of the loop has.
 std::string loop_text(const InstructionMix& mix) {
+  std::vector<std::string> slots;
+  if (mix.multiply_adds > 0) slots.push_back(counted(mix.multiply_adds, "multiply-add"));
+  if (mix.multiplications > 0) slots.push_back(counted(mix.multiplications, "multiplication"));
+  if (mix.divisions > 0) slots.push_back(counted(mix.divisions, "division"));
   std::string text = fmt::format(
-      "of a pass of its main loop ({:.0f} % of its time), {} of {} are multiply-adds, "
-      "multiplications or divisions, beside {} and {}",
-      100 * mix.time_share, mix.slots(), counted(mix.operations(), "vector operation"),
-      counted(mix.loads, "load"), counted(mix.stores, "store"));
+      "a pass of its main loop ({:.0f} % of its time) has {}", 100 * mix.time_share,
+      slots.empty() ? "nothing that counts" : fmt::format("{}", fmt::join(slots, ", ")));
+  if (mix.others > 0) {
+    text += fmt::format(
+        " and {} (sums, comparisons, shuffles, conversions), which {} count as "
+        "slots",
+        counted(mix.others, "other vector operation"), mix.others == 1 ? "does not" : "do not");
+  }
+  text +=
+      fmt::format(", beside {} and {}", counted(mix.loads, "load"), counted(mix.stores, "store"));
   return mix.spills > 0 ? text + fmt::format(", {} of them on the stack", mix.spills) : text;
 }
 
@@ -69,28 +79,33 @@ std::vector<DataPlace> data_places(const InstructionMix& mix, const Roofs& roofs
   return places;
 }
 
-/// What a kernel that waits waits for: where its loads and stores go, or what it computes itself.
-std::string waiting_text(const InstructionMix& mix, const Roofs& roofs, bool is_double,
-                         double share) {
+/// What a kernel waits for, and why that is known.
+struct Waiting {
+  std::string cause, reason;
+};
+
+/// Of a kernel that reaches less than its operations allow.
+Waiting waiting_of(const InstructionMix& mix, const Roofs& roofs, bool is_double, double share) {
   const std::vector<DataPlace> places = data_places(mix, roofs, is_double);
-  constexpr const char* kItself =
-      "it waits for its own earlier results, or for units that its operations share";
+  const std::string itself = "its own earlier results or units that its operations share";
   if (std::ranges::all_of(places, [&](const DataPlace& place) { return place.most >= share; })) {
-    return fmt::format("; even memory would give its data faster, so {}", kItself);
+    return {"waiting, for " + itself,
+            "; data is not the cause, since even memory would give it faster"};
   }
   std::string text;
   for (const DataPlace& place : places) {
     text +=
-        fmt::format("{}{:.0f} % from {}", text.empty() ? "; all of its data would allow " : ", ",
-                    100 * place.most, place.name);
+        fmt::format("{}{:.0f} % if all came from {}",
+                    text.empty() ? "; its data would allow " : ", ", 100 * place.most, place.name);
   }
   const auto far =
       std::ranges::find_if(places, [&](const DataPlace& place) { return place.most < share; });
   const DataPlace near = far == places.begin() ? DataPlace{"L1", 1} : *(far - 1);
   // Times of the two parts add up: 1 / share = part / far + (1 - part) / near.
   const double part = (1 / share - 1 / near.most) / (1 / far->most - 1 / near.most);
-  return text + fmt::format(": it is as fast as if {:.0f} % came from {} and the rest from {}",
-                            100 * part, far->name, near.name);
+  text += fmt::format(". If data is the cause, {:.0f} % of it comes from {} and the rest from {}",
+                      100 * part, far->name, near.name);
+  return {"waiting, for data or for " + itself, text};
 }
 
 /// The farthest cache that is as fast as bytes were moved.
@@ -188,18 +203,19 @@ std::string fma_text(const KernelWork& work, const JudgedShare& judged, const Co
   constexpr double kMoreThanSlots = 1.2;
   if (share && *share > kMoreThanSlots * ceiling) {
     return fmt::format(
-        "not explained: {}, though {}, which would allow {:.0f} % only; the kernel's count of "
+        "not explained: {}, though {}, which would allow {:.0f} % only. The kernel's count of "
         "slots has more than these operations",
         reached, loop_text(mix), 100 * ceiling);
   }
-  const bool waits = share && *share < kAtCeiling * ceiling;
-  return fmt::format("{}: {}, so the ceiling is {:.0f} %{}; {}{}",
-                     waits         ? "waiting, for data or earlier results"
-                     : is_of_loads ? "loads and stores"
-                                   : "vector operations",
-                     loop_text(mix), 100 * ceiling, is_of_loads ? " for its loads and stores" : "",
-                     reached,
-                     waits ? waiting_text(mix, with.roofs, work.is_double, *share) : std::string());
+  Waiting waiting{is_of_loads ? "loads and stores" : "vector operations", ""};
+  if (share && *share < kAtCeiling * ceiling) {
+    waiting = waiting_of(mix, with.roofs, work.is_double, *share);
+  }
+  return fmt::format(
+      "{}: {}, so the ceiling is {:.0f} %{}; {}{}{}", waiting.cause, loop_text(mix), 100 * ceiling,
+      is_of_loads ? " for its loads and stores" : "", reached,
+      share ? fmt::format(", {:.0f} % of the ceiling", 100 * *share / ceiling) : std::string(),
+      waiting.reason);
 }
 
 std::string memory_text(const KernelWork& work, const Spent& spent, const JudgedShare& judged,
