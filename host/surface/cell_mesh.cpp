@@ -14,8 +14,8 @@
 namespace qjulia {
 namespace {
 
-constexpr int kFewestCells = 16, kMostCells = 1024;
-constexpr int kBlock = 4;  // points along the side of a block
+constexpr int kLeastSeenCells = 16, kMostSeenCells = 1024;
+constexpr int kBlockSide = 4;  // points along the side of a block
 
 /// Distances on four slices of a grid. A distance changes by no more than the way: where it is
 /// large in the middle of a block, it stands for the whole block.
@@ -30,15 +30,15 @@ class BlockLayer {
     const auto wide = static_cast<std::size_t>(points.x()),
                high = static_cast<std::size_t>(points.y());
     std::vector<Eigen::Vector3d> middles;
-    for (int y = 0; y < points.y(); y += kBlock) {
-      for (int x = 0; x < points.x(); x += kBlock) {
+    for (int y = 0; y < points.y(); y += kBlockSide) {
+      for (int x = 0; x < points.x(); x += kBlockSide) {
         middles.push_back(
-            grid_.at(Eigen::Vector3d(x, y, z) + Eigen::Vector3d::Constant(0.5 * (kBlock - 1))));
+            grid_.at(Eigen::Vector3d(x, y, z) + Eigen::Vector3d::Constant(0.5 * (kBlockSide - 1))));
       }
     }
     const std::vector<double> coarse = distance_.at(middles, stop);
-    const double reach = grid_.step * (0.5 * kBlock * std::sqrt(3.0) + 1);
-    const std::size_t blocks = (wide + kBlock - 1) / kBlock;
+    const double reach = grid_.step * (0.5 * kBlockSide * std::sqrt(3.0) + 1);
+    const std::size_t blocks = (wide + kBlockSide - 1) / kBlockSide;
     std::vector<float> values(wide * high * static_cast<std::size_t>(count));
     std::vector<Eigen::Vector3d> near;
     std::vector<std::size_t> numbers;
@@ -46,8 +46,8 @@ class BlockLayer {
     for (int k = 0; k < count; ++k) {
       for (int y = 0; y < points.y(); ++y) {
         for (int x = 0; x < points.x(); ++x, ++number) {
-          const double middle = coarse[static_cast<std::size_t>(y / kBlock) * blocks +
-                                       static_cast<std::size_t>(x / kBlock)];
+          const double middle = coarse[static_cast<std::size_t>(y / kBlockSide) * blocks +
+                                       static_cast<std::size_t>(x / kBlockSide)];
           values[number] = static_cast<float>(middle);
           if (std::abs(middle) > reach) continue;
           near.push_back(grid_.point({x, y, z + k}));
@@ -71,7 +71,7 @@ class BlockLayer {
 
 TriangleMesh cell_mesh(const Device& device, const TriangleMesh& mesh, int cells,
                        const std::stop_token& stop) {
-  base::expect_between("cells", cells, kFewestCells, kMostCells);
+  base::expect_between("cells", cells, kLeastSeenCells, kMostSeenCells);
   mesh.validate();
   const SignedDistance distance(device, mesh, Precision::single, stop);
   const Box box = mesh.box();
@@ -84,9 +84,9 @@ TriangleMesh cell_mesh(const Device& device, const TriangleMesh& mesh, int cells
   const surface::Slab slab = surface::unclassified_slab(grid, grid.points.z());
   const BlockLayer layer(distance, grid);
   const std::size_t slice = surface::slices(grid, 0, 1).size();
-  for (int z = 0; z < grid.points.z(); z += kBlock) {
+  for (int z = 0; z < grid.points.z(); z += kBlockSide) {
     throw_if_stopped(stop);
-    const int count = std::min(kBlock, grid.points.z() - z);
+    const int count = std::min(kBlockSide, grid.points.z() - z);
     const std::vector<float> values = layer.slices(z, count, stop);
     for (int k = 0; k < count; ++k) {
       cubes.add(std::span(values).subspan(static_cast<std::size_t>(k) * slice, slice), slab);

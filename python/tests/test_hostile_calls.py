@@ -87,6 +87,7 @@ def calls(map, torus, device):
         "a buffer": lambda x: qjulia.BufferField(map, device=device).at(x, 3, x),
         "a stride": lambda x: qjulia.BufferField(map, device=device).stride(x),
         "kernels": lambda x: qjulia.profile(kernels=x, sample_points=64, time_limit=1e-9, device=device),
+        "jobs": lambda x: qjulia.profile(jobs=x, sample_points=64, time_limit=1e-9, device=device),
         "sample_points": lambda x: qjulia.profile(sample_points=x, time_limit=1e-9, kernels="energy", device=device),
         "programs": lambda x: qjulia.doctor(programs=("reduce.cl", x), device=device),
         "a launch": lambda x: qjulia.profile_launch("f", x, repeats=1, device=device),

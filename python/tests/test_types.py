@@ -43,7 +43,7 @@ def keywords_known(call):
     return set(str(raised.value).split("it takes ")[1].split(", "))
 
 
-PYTHONS_OWN = {"device", "on_progress", "on_stage", "on_evaluation", "layers", "framed", "faces", "kernels", "host_name", "keep"}
+PYTHONS_OWN = {"device", "on_progress", "on_stage", "on_evaluation", "layers", "framed", "faces", "jobs", "kernels", "host_name", "keep"}
 
 
 def test_stubs_list_every_keyword(map, torus, device):
