@@ -80,6 +80,9 @@ constexpr double kFirstStep = 1;
 /// Of so many pixels along each side of a block, one ray goes all the way. Their pictures are as
 /// near to ones of four times finer steps as those of pixels that all do.
 constexpr int kPixelBlock = 3;
+/// Pixels along the shorter side of pictures in which all rays go all the way, because limbs may be
+/// thinner than a block.
+constexpr int kSmallPicture = 100;
 /// Points that lie more than so many cells behind the surface in the band's grid are out of sight.
 constexpr double kHiddenCells = 4;
 
@@ -638,7 +641,7 @@ class MarchSource : public DepthSource {
   /// One ray in each block of pixels goes all the way, and shows where the others begin.
   std::vector<float> pixel_rows(const View& view, int first_row, int rows) {
     const Served with = served(view);
-    if (std::min(view.columns, view.rows) < 2 * kPixelBlock) {
+    if (std::min(view.columns, view.rows) < kSmallPicture) {
       return march_rows(view, with, first_row, rows);
     }
     View blocks = view;

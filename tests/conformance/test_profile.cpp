@@ -445,12 +445,12 @@ TEST_CASE("a profile keeps every run, and the limit beside it") {
   CHECK(json["layout"] == to_string(measured().layout));
   for (const nlohmann::json& kernel : json["kernels"]) {
     auto seconds = kernel["runs"]["seconds"].get<std::vector<double>>();
-    REQUIRE(seconds.size() == 2);
+    REQUIRE(seconds.size() >= 2);  // more where other programs disturb them
     std::ranges::sort(seconds);
     CHECK(seconds.front() == kernel["min_seconds"]);
     CHECK(seconds.back() == kernel["max_seconds"]);
     const auto limits = kernel["runs"]["fma_per_second"].get<std::vector<double>>();
-    REQUIRE(limits.size() == 2);
+    REQUIRE(limits.size() == seconds.size());
     for (const double limit : limits) CHECK(limit > 0);
   }
 }

@@ -105,7 +105,7 @@ def check_compare(program, small, google, folder):
                           capture_output=True, text=True)
     check(done.returncode == 0, f"compare.py: {done.stderr}")
     rows = [line.split()[0] for line in done.stdout.splitlines() if line.startswith("energy")]
-    check(rows.count("energy/n:1") == 5 and rows.count("energy/n:1_pvalue") == 1, f"compare.py: {done.stdout}")
+    check(rows.count("energy/n:1") >= 5 and rows.count("energy/n:1_pvalue") == 1, f"compare.py: {done.stdout}")
 
 
 def check_measure(program, map_file, folder):
@@ -119,7 +119,7 @@ def check_measure(program, map_file, folder):
     google = json.loads(program(*small, "--export", "google-benchmark"))
     expect_valid("google-benchmark", google, GOOGLE_BENCHMARK)
     names = [row["name"] for row in google["benchmarks"]]
-    check(names.count("energy/n:1") == 5, f"not five runs of energy: {names}")
+    check(names.count("energy/n:1") >= 5, f"not five runs of energy: {names}")
     check_compare(program, small, google, folder)
 
     bencher = json.loads(program(*small, "--export", "bencher"))
