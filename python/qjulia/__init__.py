@@ -22,6 +22,7 @@ from ._fitting import Fit, FitResult, StageReport, fit, shape
 from ._jobs import run
 from ._map import Comparison, Map, compare, looks, quadratic_map, render, save_png
 from ._mesh import Surface, read_mesh, sample_surface, signed_distance
+from ._morph import MorphResult, morph, with_versor_of
 from ._opencl import BufferField
 from ._profiles import doctor, profile, profile_launch, tune
 
@@ -44,6 +45,7 @@ __all__ = [
     "InputError",
     "KernelBuildError",
     "Map",
+    "MorphResult",
     "NoDeviceError",
     "OptionError",
     "OutputError",
@@ -56,6 +58,7 @@ __all__ = [
     "fit",
     "load",
     "looks",
+    "morph",
     "profile",
     "profile_launch",
     "quadratic_map",
@@ -67,6 +70,7 @@ __all__ = [
     "shape",
     "signed_distance",
     "tune",
+    "with_versor_of",
 ]
 
 # Users see one module, whatever file something is written in.

@@ -34,6 +34,7 @@ __all__ = [
     "InputError",
     "KernelBuildError",
     "Map",
+    "MorphResult",
     "NoDeviceError",
     "OptionError",
     "OutputError",
@@ -46,6 +47,7 @@ __all__ = [
     "fit",
     "load",
     "looks",
+    "morph",
     "profile",
     "profile_launch",
     "quadratic_map",
@@ -57,6 +59,7 @@ __all__ = [
     "shape",
     "signed_distance",
     "tune",
+    "with_versor_of",
 ]
 
 __version__: str
@@ -341,6 +344,20 @@ class Map:
         size: float = ...,
         mask: Literal["none", "outside", "inside"] = ...,
         # end of portal_settings
+    ) -> Map: ...
+    def with_roughness(
+        self,
+        mesh: Optional[_Mesh] = ...,
+        faces: Optional[ArrayLike] = ...,
+        *,
+        device: _Device = ...,
+        on_progress: _Progress = ...,
+        # target_settings
+        target_area: Optional[float] = ...,
+        target_dimension: Optional[float] = ...,
+        target_volume: Optional[float] = ...,
+        target_resolution: SupportsIndex = ...,
+        # end of target_settings
     ) -> Map: ...
     def without_paint(self) -> Map: ...
     def without_portals(self) -> Map: ...
@@ -674,6 +691,25 @@ def shape(
     thickness: Optional[float] = ...,
     phase: Optional[ArrayLike] = ...,
 ) -> Map: ...
+
+@dataclass(frozen=True)
+class MorphResult:
+    maps: List[Map]
+    factors: Dict[str, int]
+    flicker: Optional[Dict[str, float]]
+
+def morph(
+    a: Map,
+    b: Map,
+    steps: SupportsIndex = ...,
+    *,
+    device: _Device = ...,
+    on_progress: _Progress = ...,
+    # morph_settings
+    flicker_cells: SupportsIndex = ...,
+    # end of morph_settings
+) -> MorphResult: ...
+def with_versor_of(map: Map, other: Map, *, device: _Device = ...) -> Map: ...
 
 class Energy:
     def __init__(

@@ -363,6 +363,43 @@ class Map:
         options["count"] = count
         return Map._of(_core.portals(self._core, _device.core_of(device), on_progress, options))
 
+    @with_settings(_core.target_settings(), all_of_them=True)
+    def with_roughness(self, mesh=None, faces=None, *, device=None, on_progress=None, **options):
+        """The map with the detail at which its set has a given area or box-counting dimension.
+
+        It is what ``--target-area`` and the options beside it do to the map of ``shape``, ``fit``
+        and ``convert``.
+
+        Parameters
+        ----------
+        mesh, faces
+            What areas and volumes are measured against, as the commands ``shape`` and ``fit`` do it
+            with their mesh; see `fit` for what a mesh can be. Without a mesh it is the map's smooth
+            set, its surface at n = 1, as of ``convert``.
+        settings
+        device : Device or str, optional
+        on_progress : callable, optional
+            See `fit`.
+
+        Returns
+        -------
+        Map
+            Its `detail` is the one that was found.
+
+        Raises
+        ------
+        OptionError
+            If an area and a dimension are given, or what is asked for cannot be reached: the
+            message says what can be.
+        InputError
+            If neither is given, the map's detail cannot change, or the mesh cannot be used.
+        """
+        if mesh is None and faces is not None:
+            raise TypeError("faces are given without vertices; give them as mesh")
+        triangles = None if mesh is None else _mesh.as_read(mesh, faces)
+        core = _device.core_of(device)
+        return Map._of(_core.with_roughness(self._core, core, triangles, on_progress, options))
+
     def without_paint(self):
         """The map with the same detail everywhere."""
         return Map._of(self._core.without_paint())

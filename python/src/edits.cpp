@@ -1,5 +1,6 @@
-/// Maps from maps: knobs, paint and portals.
+/// Maps from maps: knobs, paint, portals and roughness.
 
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "qjulia/edit/portal_choice.hpp"
 #include "qjulia/edit/portal_settings.hpp"
 #include "qjulia/map/knob_table.hpp"
+#include "qjulia/surface/roughness_target.hpp"
 #include "watched.hpp"
 
 namespace py = pybind11;
@@ -118,6 +120,25 @@ MapPointer with_portals(const KeptMap& self, const OpenDevice& device,
   return kept(std::move(map));
 }
 
+/// @param mesh what areas and volumes are measured against; null: the map's smooth set.
+MapPointer roughened(const KeptMap& self, const OpenDevice& device, const TriangleMesh* mesh,
+                     const py::object& on_progress, const py::dict& given) {
+  RoughnessTarget target;
+  Keywords keywords("with_roughness", given);
+  keywords.take_all(target_settings(), target);
+  keywords.expect_no_more();
+  target.validate();
+  Map map;
+  Watcher watcher;
+  const ProgressMonitor monitor = watcher.monitor(on_progress);
+  watcher.run(device, [&] {
+    std::optional<RoughnessReference> reference;
+    if (mesh != nullptr) reference = reference_of(device.device, *mesh, monitor.stop);
+    map = with_roughness(device.device, self.map, target, reference, monitor).map;
+  });
+  return kept(std::move(map));
+}
+
 }  // namespace
 
 void add_edits(py::module_& module) {
@@ -127,6 +148,8 @@ void add_edits(py::module_& module) {
   module.def("paint_settings", [] { return described(paint_settings(), PaintOptions{}); });
   module.def("portals", &with_portals);
   module.def("portal_settings", [] { return described(portal_settings(), PortalOptions{}); });
+  module.def("with_roughness", &roughened);
+  module.def("target_settings", [] { return described(target_settings(), RoughnessTarget{}); });
 }
 
 }  // namespace qjulia::python

@@ -21,6 +21,7 @@ PYBIND11_MODULE(_core, module) {
   add_evaluation(module);
   add_fitting(module);
   add_jobs(module);
+  add_morph(module);
   add_surfaces(module);
   add_opencl(module);
   add_pictures(module);

@@ -95,6 +95,7 @@ def test_ctrl_c_ends_other_calls(map, device):
         lambda: map.surface(2000, device=device),
         lambda: map.sample(700, device=device),
         lambda: map.field(points, n=16, device=device),
+        lambda: qjulia.morph(map, map, 9999, flicker_cells=0, device=device),
     ):
         timer = press_ctrl_c_after(0.5)
         with pytest.raises(KeyboardInterrupt):

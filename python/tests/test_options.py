@@ -90,6 +90,7 @@ class Calls:
         use = {"device": device}
         hear = {**use, "on_progress": noted}
         map, torus, queue = self.map, self.torus, opencl_queue()
+        turned, exact = map.with_knobs(rotate=(1, 0, 0, 60)), qjulia.shape(*torus, resolution=32)
         colors = np.full((len(self.mesh.vertices), 3), 9, np.uint8)
         fit = {**hear, "on_evaluation": noted}
         fits = [
@@ -175,6 +176,15 @@ class Calls:
                 lambda **k: map.portals(1, **k),
                 [{**hear, **{name: value for name, value in examples("portal_settings").items() if name != "count"}}],
             ),
+            "Map.with_roughness": (
+                lambda **k: map.with_roughness(**{"target_resolution": 64, **(k or {"target_area": 1.1})}),
+                [{**hear, "target_area": 1.15, "target_volume": 1, "target_resolution": 65}, {"target_dimension": 2.04}],
+            ),
+            "morph": (
+                lambda **k: morphed(map, turned, **k),
+                [{**hear, "flicker_cells": 9}],
+            ),
+            "with_versor_of": (lambda **k: qjulia.with_versor_of(exact, map, **k), [use]),
             "render": (
                 lambda **k: qjulia.render(map, **{"size": (8, 6), **k}),
                 [{**hear, **examples("picture_settings"), **LOOK, **OF_MAP}, {"layers": True}],
@@ -259,6 +269,11 @@ class Calls:
                 ],
             ),
         }
+
+
+def morphed(a, b, **options):
+    result = qjulia.morph(a, b, 5, **options)
+    return [*result.maps, result.flicker]
 
 
 def finished(fit):

@@ -231,6 +231,59 @@ def test_figures_are_the_same(command, fitted_file, torus_file, map, torus, devi
             assert row[name] == expected[name], name
 
 
+def expect_same_morph(command, files, folder, device):
+    report = json.loads(command("morph", *files, "-o", folder, "--steps", 5, "--flicker-cells", 16, "--json"))
+    ours = qjulia.morph(*(qjulia.load(file) for file in files), 5, flicker_cells=16, device=device)
+    assert len(ours.maps) == 5
+    for step, mine in enumerate(ours.maps, 1):
+        theirs = qjulia.load(folder / f"step_{step:04}.qjulia.json")
+        assert mine == theirs and same_bits(mine.factors, theirs.factors)
+        assert mine.provenance["morph"] == theirs.provenance["morph"]
+    assert ours.maps[0] != ours.maps[4]
+    assert ours.factors == report["factors"]
+    assert ours.flicker == report["flicker"] and ours.flicker["changed"] > 0
+
+
+def test_a_morph_is_the_same(command, fitted_file, torus_file, tmp_path, device):
+    turned = tmp_path / "turned.qjulia.json"
+    command("convert", fitted_file, turned, "--rotate", 1, 0, 0, 60)
+    expect_same_morph(command, (fitted_file, turned), tmp_path / "fitted", device)
+    assert qjulia.morph(qjulia.load(turned), qjulia.load(turned), 2, flicker_cells=0, device=device).flicker is None
+    exact = [tmp_path / "first.qjulia.json", tmp_path / "second.qjulia.json"]
+    for path, detail in zip(exact, (0.01, 0.05)):
+        command("shape", torus_file, "-o", path, "--resolution", 32, "--versor", "random:20:7", "--detail", detail)
+    expect_same_morph(command, exact, tmp_path / "exact", device)
+
+
+def test_maps_that_stand_otherwise_are_told_of(map, torus, device):
+    lying, standing = (qjulia.shape(*torus, resolution=32, up=up, device=device) for up in ("x", "z"))
+    with pytest.warns(UserWarning, match="x is up in the first map and z in the second"):
+        qjulia.morph(lying, standing, 2, flicker_cells=0, device=device)
+
+
+def test_borrowed_grooves_are_the_same(command, fitted_file, torus_file, tmp_path, device):
+    exact, path = tmp_path / "exact.qjulia.json", tmp_path / "grooves.qjulia.json"
+    for words in ("random:20:7", "noise:3:8:5"):
+        command("shape", torus_file, "-o", exact, "--resolution", 32, "--versor", words)
+        for shape, grooves in ((fitted_file, exact), (exact, fitted_file)):
+            command("convert", shape, path, "--versor-from", grooves)
+            ours = qjulia.with_versor_of(qjulia.load(shape), qjulia.load(grooves), device=device)
+            assert ours == qjulia.load(path) and ours != qjulia.load(shape)
+
+
+def test_a_roughness_that_is_asked_for_is_the_same(command, fitted_file, map, torus_file, torus, tmp_path, device):
+    path = tmp_path / "rough.qjulia.json"
+    command("convert", fitted_file, path, "--target-area", 1.1, "--target-resolution", 64)
+    assert map.with_roughness(target_area=1.1, target_resolution=64, device=device) == qjulia.load(path)
+    # Against the mesh, which the shape's smooth set differs from.
+    command("shape", torus_file, "-o", path, "--resolution", 32, "--target-area", 1.2, "--target-resolution", 64)
+    exact = qjulia.shape(*torus, resolution=32, device=device)
+    asked = {"target_area": 1.2, "target_resolution": 64, "device": device}
+    theirs = qjulia.load(path)
+    assert exact.with_roughness(*torus, **asked) == theirs
+    assert exact.with_roughness(**asked) != theirs
+
+
 def test_paint_and_portals_are_the_same(command, fitted_file, map, tmp_path, device):
     path = tmp_path / "edited.qjulia.json"
     command("paint", fitted_file, "-o", path, "--ramp", "y=1:0.1", "--ball", 1, 0, 0, 0.3, 0)

@@ -58,6 +58,8 @@ def test_stubs_list_every_keyword(map, torus, device):
         "Map.surface_colors": keywords_known(lambda **k: map.surface_colors(torus, **k)),
         "Map.paint": keywords_known(lambda **k: map.paint(**k)),
         "Map.portals": keywords_known(lambda **k: map.portals(**k)) - {"count"},
+        "Map.with_roughness": keywords_known(lambda **k: map.with_roughness(**k)),
+        "morph": keywords_known(lambda **k: qjulia.morph(map, map, **k)) - {"steps"},
         "render": keywords_known(lambda **k: qjulia.render(map, **k)),
         "compare": keywords_known(lambda **k: qjulia.compare(map, torus, **k)),
         "fit": keywords_known(lambda **k: qjulia.fit(*torus, **k)),
@@ -86,7 +88,7 @@ def test_stubs_have_the_keywords_of_the_tables():
     with open(os.path.join(FOLDER, "__init__.pyi")) as file:
         text = file.read()
     assert stubs.with_keywords(text) == text, "cmake --build --preset release --target reference"
-    assert text.count("# end of ") == 16
+    assert text.count("# end of ") == 18
 
 
 TABLES = {
@@ -101,6 +103,8 @@ TABLES = {
     "picture_settings": qjulia.render,
     "knob_table": qjulia.Map.with_knobs,
     "portal_settings": qjulia.Map.portals,
+    "target_settings": qjulia.Map.with_roughness,
+    "morph_settings": qjulia.morph,
     "profile_settings": qjulia.profile,
     "tune_settings": qjulia.tune,
 }

@@ -1,7 +1,7 @@
 // Maps, times and boxes of morphs that nobody should give.
 
 #include "hostile.hpp"
-#include "qjulia/morph/morph.hpp"
+#include "qjulia/morph/morph_steps.hpp"
 #include "qjulia/morph/versor_transfer.hpp"
 #include "shaped_map.hpp"
 
@@ -38,6 +38,25 @@ TEST_CASE("hostile ends and times of a morph are refused") {
   const Morph morph(way_device(), map, map);
   CHECK(morph.pairs().matched == map.dynamics.factors.size());
   for (const double t : {kNan, kInfinity, -0.1, 1.1}) CHECK_THROWS_AS(morph.at(t), OptionError);
+}
+
+TEST_CASE("hostile steps of a morph are refused") {
+  CHECK(morph_settings().size() == 2);
+  const Map map = shaped_map();
+  const Morph morph(way_device(), map, map);
+  std::vector<int> taken;
+  const auto take = [&](const Map&, int step) { taken.push_back(step); };
+  for (const MorphOptions& options :
+       {MorphOptions{.steps = 1}, MorphOptions{.steps = 10'000},
+        MorphOptions{.steps = 2, .flicker_cells = 7}, MorphOptions{.steps = 2, .flicker_cells = -1},
+        MorphOptions{.steps = 2, .flicker_cells = 257}}) {
+    CHECK_THROWS_AS(options.validate(), OptionError);
+    CHECK_THROWS_AS(make_steps(way_device(), morph, options, take), OptionError);
+  }
+  CHECK(taken.empty());
+  const MorphOptions few{.steps = 2, .flicker_cells = 8};
+  CHECK(make_steps(way_device(), morph, few, take).steps == 0);
+  CHECK(taken == std::vector<int>{1, 2});
 }
 
 TEST_CASE("hostile maps and cells of a versor's transfer are refused") {

@@ -190,8 +190,8 @@ int run_convert(const ConvertArguments& arguments, const Plan& /*plan*/, Session
   }
   if (arguments.up) map.frame.up = arguments.up;
   if (!arguments.versor_from.empty()) {
-    map = with_versor_of(device(), map, read_any(arguments.versor_from, session.stop()), 192,
-                         session.monitor());
+    map = with_versor_of(device(), map, read_any(arguments.versor_from, session.stop()),
+                         kTransferCells, session.monitor());
   }
   Refit refitted;
   if (arguments.most_factors) {

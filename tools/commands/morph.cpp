@@ -1,19 +1,17 @@
 /// qjulia morph: two maps in, the maps on the way from one to the other out.
 
-#include "qjulia/morph/morph.hpp"
-
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "base/output_file.hpp"
-#include "base/range_check.hpp"
 #include "commands/commands.hpp"
 #include "describe/files.hpp"
+#include "describe/setting_option.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/map_file.hpp"
+#include "qjulia/morph/morph_steps.hpp"
 
 namespace qjulia::tools {
 namespace {
@@ -21,8 +19,7 @@ namespace {
 struct MorphArguments {
   std::string from, to, output;
   TrustedDevice device;
-  int steps = 48;
-  int flicker_cells = 64;
+  MorphOptions options;
 };
 
 std::filesystem::path step_file(const std::string& folder, int step) {
@@ -39,12 +36,9 @@ Plan plan_morph(const MorphArguments& arguments) {
         "has",
         arguments.output));
   }
-  if (arguments.flicker_cells != 0) {
-    base::expect_between("flicker_cells", arguments.flicker_cells, kLeastFlickerCells,
-                         kMostFlickerCells);
-  }
+  arguments.options.validate();
   Plan plan{{arguments.from, arguments.to}, {}};
-  for (int step = 1; step <= arguments.steps; ++step) {
+  for (int step = 1; step <= arguments.options.steps; ++step) {
     plan.outputs.push_back({"--output", step_file(arguments.output, step), {}, true});
   }
   return plan;
@@ -65,7 +59,7 @@ nlohmann::json to_json(const Flicker& flicker) {
 
 /// A morph of fewer steps leaves the rest of a longer one. Nothing removes them.
 void warn_of_further_steps(const MorphArguments& arguments, Session& session) {
-  const std::filesystem::path next = step_file(arguments.output, arguments.steps + 1);
+  const std::filesystem::path next = step_file(arguments.output, arguments.options.steps + 1);
   std::error_code ignored;
   if (!std::filesystem::exists(next, ignored)) return;
   session.console.warn(fmt::format(
@@ -85,34 +79,28 @@ int run_morph(const MorphArguments& arguments, const Plan& /*plan*/, Session& se
         "{} is up in '{}' and {} in '{}', so that one of them lies on its side",
         to_string(*from.frame.up), arguments.from, to_string(*to.frame.up), arguments.to));
   }
-  std::optional<FlickerMeter> meter;
-  if (arguments.flicker_cells > 0) meter.emplace(device, morph.box(), arguments.flicker_cells);
   base::make_folder(arguments.output);
   warn_of_further_steps(arguments, session);
-  for (int step = 1; step <= arguments.steps; ++step) {
-    const double t = static_cast<double>(step - 1) / (arguments.steps - 1);
-    Map map = morph.at(t);
-    if (meter) meter->add(map, monitor.stop);
-    map.provenance.set("morph", {{"t", t}, {"step", step}});
+  const int steps = arguments.options.steps;
+  const auto write = [&](Map map, int step) {
     add_job(map, session.job());
     write_map(map, step_file(arguments.output, step));
     session.written_so_far =
-        fmt::format("{} of {} maps are in '{}'", step, arguments.steps, arguments.output);
-    monitor.report({"morphing", static_cast<double>(step) / arguments.steps, -1, ""});
-  }
+        fmt::format("{} of {} maps are in '{}'", step, steps, arguments.output);
+  };
+  const Flicker flicker = make_steps(device, morph, arguments.options, write, monitor);
   session.report_kernels(device);
   const MorphPairs& pairs = morph.pairs();
-  const Flicker flicker = meter ? meter->flicker() : Flicker();
-  std::string text = fmt::format("{} maps, {:.1f} s", arguments.steps, session.seconds());
+  std::string text = fmt::format("{} maps, {:.1f} s", steps, session.seconds());
   if (pairs.matched > 0) {
     text += fmt::format("\n{} factors move, {} appear, {} vanish", pairs.matched, pairs.appearing,
                         pairs.vanishing);
   }
-  if (meter) text += "\n" + flicker_text(flicker);
+  if (arguments.options.flicker_cells > 0) text += "\n" + flicker_text(flicker);
   const std::string first = step_file(arguments.output, 1).string();
   session.console.summary(fmt::format("{}\nmaps: {} and on", text, first),
                           {{"folder", arguments.output},
-                           {"steps", arguments.steps},
+                           {"steps", steps},
                            {"factors",
                             {{"matched", pairs.matched},
                              {"appearing", pairs.appearing},
@@ -129,14 +117,7 @@ void describe_morph(Command command, MorphArguments& a) {
       .offers_files(readable({base::FileContent::map}));
   command.output(a.output, "FOLDER", "Folder to write step_0001.qjulia.json and on into")
       .offers_folders();
-  command.add("--steps", &a.steps, "N", "How many maps to make, the first and the last included")
-      .range(2, 9999);
-  command
-      .add("--flicker-cells", &a.flicker_cells, "N",
-           fmt::format("Cells along the longest side of the box that flicker is measured over, {} "
-                       "to {}; 0 leaves it out",
-                       kLeastFlickerCells, kMostFlickerCells))
-      .range(0, kMostFlickerCells);
+  add_settings(command, morph_settings(), a.options);
   add_device_to_use(command, a.device);
 }
 

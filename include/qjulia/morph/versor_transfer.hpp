@@ -7,6 +7,8 @@
 
 namespace qjulia {
 
+constexpr int kTransferCells = 192;
+
 /// `map` with the versor and the phase of `grooves`, which is made as much larger as the inradius
 /// is: both origins, the deepest points, stay in place. A noise goes to any map. Factors go to
 /// exact maps alone, since a map has one list of them; a fitted map therefore becomes an exact one,
@@ -15,7 +17,7 @@ namespace qjulia {
 /// @throws InputError where a map is quadratic, or does not say its inradius, or a fitted one its
 /// box
 ///   and detail; OptionError naming `cells`; Interrupted.
-Map with_versor_of(const Device& device, const Map& map, const Map& grooves, int cells = 192,
-                   const ProgressMonitor& monitor = {});
+Map with_versor_of(const Device& device, const Map& map, const Map& grooves,
+                   int cells = kTransferCells, const ProgressMonitor& monitor = {});
 
 }  // namespace qjulia
