@@ -7,8 +7,11 @@
 #include <bit>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace qjulia::base {
 
@@ -30,5 +33,19 @@ inline std::string npy_header(std::span<const std::size_t> shape, bool dbl) {
   header += static_cast<char>(text.size() >> 8U);
   return header + text;
 }
+
+/// What an array says before its values.
+struct NpyHeader {
+  std::string type;  ///< such as "<f4"; empty: it is none of plain numbers
+  bool is_fortran = false;
+  std::vector<std::size_t> shape;
+  std::size_t bytes = 0;  ///< of the header, before the values
+};
+
+/// The longest header that is read: one of version 1.0 is not longer.
+constexpr std::size_t kMostNpyHeader = 10 + 0xffff;
+
+/// The header that the bytes begin with, of versions 1.0 to 3.0; none where there is no whole one.
+std::optional<NpyHeader> read_npy_header(std::string_view bytes);
 
 }  // namespace qjulia::base

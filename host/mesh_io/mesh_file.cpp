@@ -128,6 +128,11 @@ MeshFile::MeshFile(std::filesystem::path path, std::string extension, std::stop_
   file.read_all(bytes_);
 }
 
+MeshFile::MeshFile(std::filesystem::path path, std::stop_token stop)
+    : path_(std::move(path)), stop_(std::move(stop)) {
+  base::InputFile(path_, "mesh", kLargestFile, stop_).read_all(bytes_);
+}
+
 std::string_view MeshFile::text() const {
   if (const auto encoding = base::wide_encoding(bytes_); !encoding.empty()) {
     refuse(fmt::format("it is {} text; save it as UTF-8 or ASCII", encoding));

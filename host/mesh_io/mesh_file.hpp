@@ -23,6 +23,8 @@ class MeshFile {
  public:
   /// @throws InputError when the file cannot be read or is obviously of another type.
   MeshFile(std::filesystem::path path, std::string extension, std::stop_token stop);
+  /// A file of a type that `mesh_formats` has not: any bytes. @throws InputError as above
+  MeshFile(std::filesystem::path path, std::stop_token stop);
 
   std::string_view bytes() const { return bytes_; }
   /// The bytes as text without a byte order mark.

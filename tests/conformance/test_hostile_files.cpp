@@ -17,7 +17,7 @@ TEST_CASE("files that hold something else are refused") {
   const TemporaryFolder folder;
   const std::string garbage("\0\xff{[<ply", 8);
   for (const char* extension : {".obj", ".ply", ".stl", ".off", ".o3d", ".f3d", ".poly4d", ".txt",
-                                ".json", ".png", ".glb"}) {
+                                ".json", ".png", ".glb", ".npz"}) {
     const auto path = folder.file("garbage" + std::string(extension), garbage);
     for (const auto& file :
          {path, folder.path(), folder.path() / "missing", std::filesystem::path()}) {
@@ -25,6 +25,10 @@ TEST_CASE("files that hold something else are refused") {
       refuses("read_mesh", [&] { read_mesh(file); });
       refuses("read_and_inspect_mesh", [&] { read_and_inspect_mesh(file); });
       refuses("read_painted_mesh", [&] { read_painted_mesh(file, "a\xff"); });
+      CHECK(is_point_cache(file) == (base::extension_of(file) == ".npz"));
+      refuses("count_frames", [&] { count_frames(file); });
+      refuses("read_frame", [&] { read_frame(file, 0); });
+      refuses("read_and_inspect_frame", [&] { read_and_inspect_frame(file, 0); });
       refuses("read_map", [&] { read_map(file); });
       refuses("read_original", [&] { original::read_original(file); });
       refuses("read_sampled_distance", [&] { original::read_sampled_distance(file); });

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "batch_folder.hpp"
+#include "point_cache.hpp"
 #include "process.hpp"
 
 using Catch::Matchers::ContainsSubstring;
@@ -185,6 +186,54 @@ TEST_CASE("each frame of a mesh that walks is fitted from the one before, to the
   CHECK(rerun.exit_code == 0);
   const json made = json::parse(read_text(again));
   CHECK(made["factors"] == json::parse(map_bytes(folder / "out", "walk12"))["factors"]);
+}
+
+TEST_CASE("frames of a point cache give the maps of files with the same numbers") {
+  const TemporaryFolder folder;
+  std::vector<qjulia::TriangleMesh> frames(3, qjulia::shapes::sphere(3));
+  for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+    for (Eigen::Vector3d& v : frames[frame].vertices) {
+      v.x() *= 2.5;
+      v.z() += 0.4 * std::sin(1.5 * v.x() - 0.25 * static_cast<double>(frame));
+    }
+    folder.file("walk_000" + std::to_string(frame + 1) + ".obj",
+                qjulia::test::obj_text(frames[frame]));
+  }
+  const std::string faces = faces_text(frames[0]);
+  folder.file("walk.npz", saved_cache(vertices_text<double>(frames), faces));
+  const std::string defaults = "[defaults]\nfactors = 24\nmax_evaluations = 100\n[[fit]]\n";
+  const std::string of_files = folder.file("f.toml", defaults + "sequence = \"walk_*.obj\"\n");
+  const std::string of_cache = folder.file("c.toml", defaults + "sequence = \"walk.npz\"\n");
+  REQUIRE(run_command({"batch", "run", of_files, "-o", folder / "files"}).exit_code == 0);
+  const std::string out = folder / "cache";
+  REQUIRE(run_command({"batch", "run", of_cache, "-o", out}).exit_code == 0);
+  std::map<std::string, std::filesystem::file_time_type> times;
+  for (const std::string name : {"walk_0001", "walk_0002", "walk_0003"}) {
+    json mine = json::parse(map_bytes(out, name));
+    json theirs = json::parse(map_bytes(folder / "files", name));
+    CHECK(mine["provenance"]["mesh"]["name"] == "walk.npz");
+    CHECK(mine["provenance"]["mesh"]["frame"] == name.back() - '0');
+    CHECK_FALSE(mine["provenance"].contains("jobs"));
+    CHECK(mine["provenance"]["stages"] == theirs["provenance"]["stages"]);
+    mine.erase("provenance");
+    theirs.erase("provenance");
+    CHECK(mine == theirs);
+    times[name] = std::filesystem::last_write_time(out + "/" + name + ".qjulia.json");
+  }
+
+  // A frame that changes is fitted again, and so are those after it. Packed, all is as it was.
+  frames[1].vertices[0].x() += 0.01;
+  folder.file("walk.npz", packed_cache(vertices_text<double>(frames), faces));
+  REQUIRE(run_command({"batch", "run", of_cache, "-o", out, "--resume"}).exit_code == 0);
+  for (const auto& [name, time] : times) {
+    const bool is_kept = name == "walk_0001";
+    CHECK((std::filesystem::last_write_time(out + "/" + name + ".qjulia.json") == time) == is_kept);
+  }
+  folder.file("walk.npz", saved_cache("no array", faces));
+  const ProcessResult refused = run_command({"batch", "run", of_cache, "-o", out});
+  CHECK(refused.exit_code == 2);
+  CHECK_THAT(refused.err, ContainsSubstring("c.toml:4: cannot read mesh") &&
+                              ContainsSubstring("walk.npz': 'vertices' is no array"));
 }
 
 TEST_CASE("an interrupted batch says so and can be resumed") {

@@ -5,7 +5,9 @@
 
 #include "batch/batch.hpp"
 #include "batch/sweep.hpp"
+#include "point_cache.hpp"
 #include "qjulia/base/error.hpp"
+#include "shapes.hpp"
 #include "temporary_folder.hpp"
 
 using Catch::Matchers::ContainsSubstring;
@@ -309,6 +311,37 @@ TEST_CASE("a sequence makes a fit of each frame, which follows the one before") 
              ContainsSubstring("m.toml:1: 'w*' matches 3 meshes"));
   CHECK_THAT(problems(folder, "[defaults]\nsequence = \"w*\"\n"),
              ContainsSubstring("m.toml:2: 'sequence' belongs in a [[fit]]"));
+}
+
+TEST_CASE("a point cache makes a fit of each of its frames") {
+  const TemporaryFolder folder;
+  const std::vector<TriangleMesh> frames(3, shapes::sphere(0));
+  const std::string faces = test::faces_text(frames[0]);
+  folder.file("w.npz", test::saved_cache(test::vertices_text<float>(frames), faces));
+  folder.file("one.npz", test::saved_cache(test::vertices_text<float>({frames[0]}), faces));
+  folder.file("bad.npz", "bad");
+  const auto entries =
+      read(folder, "[[sweep]]\nsequence = \"w.npz\"\nname = \"f-*\"\nfactors = [8, 9]\n").entries;
+  REQUIRE(entries.size() == 6);
+  CHECK(entries[0].name == "f-w_0001-factors8");
+  CHECK(entries[0].follows.empty());
+  CHECK(entries[5].name == "f-w_0003-factors9");
+  CHECK(entries[5].follows == "f-w_0002-factors9");
+  CHECK(entries[5].frame == 2);
+  CHECK(entries[5].mesh == folder.path() / "w.npz");
+
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"one.npz\"\n"),
+             ContainsSubstring("m.toml:1: the sequence has one frame"));
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"bad.npz\"\n"),
+             ContainsSubstring("bad.npz': it is not a complete ZIP archive"));
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"none.npz\"\n"),
+             ContainsSubstring("none.npz': there is no such file"));
+  CHECK_THAT(problems(folder, "[[sweep]]\nsequence = [\"w.npz\", \"one.npz\"]\n"),
+             ContainsSubstring("w.npz' is a whole sequence; give it alone"));
+  CHECK_THAT(problems(folder, "[[fit]]\nsequence = \"w.npz\"\nname = \"one\"\n"),
+             ContainsSubstring("m.toml:1: 'w.npz' matches 3 meshes"));
+  CHECK_THAT(problems(folder, "[[fit]]\nmesh = \"w.npz\"\n"),
+             ContainsSubstring("m.toml:1: mesh") && ContainsSubstring("whose name ends in .obj"));
 }
 
 TEST_CASE("a sweep makes a fit of each mesh and each combination, with names that stay") {

@@ -52,6 +52,8 @@ struct BatchEntry {
   /// The name of an earlier entry, the frame before this one, from whose map its fit starts; empty:
   /// none.
   std::string follows{};
+  /// Which frame of the point cache `mesh`, from 0 on; none: `mesh` is a mesh.
+  std::optional<std::size_t> frame{};
 };
 
 /// A part of a batch.
@@ -84,7 +86,8 @@ struct ManifestChecks {
 /// A
 /// [[sweep]] gives an entry for each mesh and each combination of the values that it lists; the
 /// names contain the values, so that an entry keeps its name when others are added or lines are
-/// moved. A `sequence` gives an entry for each of its meshes, which follows the one before.
+/// moved. A `sequence` gives an entry for each of its meshes, or for each frame of its point cache,
+/// which follows the one before.
 /// @param meshes_may_be_missing entries whose mesh does not exist are kept: for a batch that is
 ///   resumed after a mesh has vanished.
 /// @param stop ends waiting for a pipe: Interrupted.

@@ -17,6 +17,7 @@
 #include "batch/sweep.hpp"
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/field.hpp"
+#include "qjulia/mesh/point_cache.hpp"
 
 namespace qjulia::batch {
 namespace {
@@ -70,10 +71,17 @@ std::vector<std::filesystem::path> find_meshes(const std::filesystem::path& fold
   return found;
 }
 
+/// A mesh to fit: a file, or a frame of a point cache.
+struct MeshPlace {
+  std::filesystem::path file;
+  std::optional<std::size_t> frame{};  ///< from 0 on
+};
+
 /// What a fit of `mesh` is called: `name` with its asterisk replaced by the mesh's name without
-/// extension; without a name, that.
-std::string entry_name(const std::optional<std::string>& name, const std::filesystem::path& mesh) {
-  std::string stem = base::to_utf8(mesh.stem().string());  // names stand in JSON
+/// extension; without a name, that. Frames of a point cache count from 1, as files do.
+std::string entry_name(const std::optional<std::string>& name, const MeshPlace& mesh) {
+  std::string stem = base::to_utf8(mesh.file.stem().string());  // names stand in JSON
+  if (mesh.frame) stem += fmt::format("_{:04}", *mesh.frame + 1);
   if (!name) return stem;
   std::string result = *name;
   if (const auto star = result.find('*'); star != std::string::npos) result.replace(star, 1, stem);
@@ -417,7 +425,6 @@ class Reader {
   }
 
   void add_entries(const toml::table& table, const Section& defaults, TableKind kind) {
-    constexpr std::size_t kMostFits = 100'000;
     const Section section = read_section(table, defaults, kind);
     const char* const what = kind == TableKind::sweep ? "[[sweep]]" : "[[fit]]";
     if (section.meshes.empty()) {
@@ -435,12 +442,12 @@ class Reader {
     if (!meshes) return;
     if (section.is_sequence) {
       std::ranges::stable_sort(*meshes, [](const auto& one, const auto& other) {
-        return base::comes_before(one.string(), other.string());
+        return base::comes_before(one.file.string(), other.file.string());
       });
       if (meshes->size() == 1) {
         complain(section.line, fmt::format("the sequence has one frame, '{}'; give a glob that "
                                            "matches all of them, or 'mesh' for one",
-                                           meshes->front().string()));
+                                           meshes->front().file.string()));
       }
     }
     if (combination_count(section.axes) > kMostFits / std::max<std::size_t>(meshes->size(), 1)) {
@@ -458,18 +465,24 @@ class Reader {
         complain(section.line, error.what());
       }
     }
-    const std::filesystem::path* before = nullptr;
-    for (const auto& mesh : *meshes) {
+    const MeshPlace* before = nullptr;
+    for (const MeshPlace& mesh : *meshes) {
       for (const Combination& one : all) add_entry(section, mesh, one, before);
       if (section.is_sequence) before = &mesh;
     }
   }
 
   /// All meshes of a section; nothing when they cannot be named.
-  std::optional<std::vector<std::filesystem::path>> meshes_of(const Section& section) {
-    std::vector<std::filesystem::path> meshes;
+  std::optional<std::vector<MeshPlace>> meshes_of(const Section& section) {
+    std::vector<MeshPlace> meshes;
     for (const std::string& pattern : section.meshes) {
       const auto path = folder() / pattern;
+      if (section.is_sequence && is_point_cache(path)) {
+        const std::size_t frames = frames_of(path, section);
+        for (std::size_t frame = 0; frame < frames; ++frame) meshes.push_back({path, frame});
+        if (frames == 0) return std::nullopt;
+        continue;
+      }
       const bool is_glob = pattern.find_first_of("*?[") != std::string::npos;
       std::error_code ignored;  // a glob may be longer than any name
       if (is_glob && !std::filesystem::exists(path, ignored)) {
@@ -477,13 +490,13 @@ class Reader {
         if (found.empty() && !meshes_may_be_missing_) {
           complain(section.line, fmt::format("no mesh matches '{}'", pattern));
         }
-        meshes.insert(meshes.end(), found.begin(), found.end());
+        for (const auto& file : found) meshes.push_back({file});
         continue;
       }
       if (const auto problem = mesh_problem(path); !problem.empty()) {
         complain(section.line, problem);
       }
-      meshes.push_back(path);
+      meshes.push_back({path});
     }
     if (meshes.size() <= 1 || !section.name || section.name->find('*') != std::string::npos) {
       return meshes;
@@ -499,9 +512,26 @@ class Reader {
     return std::nullopt;
   }
 
-  /// @param before the mesh of the frame before; null: there is none.
-  void add_entry(const Section& section, const std::filesystem::path& mesh, const Combination& one,
-                 const std::filesystem::path* before) {
+  /// How many frames a sequence's point cache has; 0 where it cannot be one, which is reported.
+  std::size_t frames_of(const std::filesystem::path& path, const Section& section) {
+    if (section.meshes.size() > 1) {
+      complain(section.line, fmt::format("'{}' is a whole sequence; give it alone", path.string()));
+      return 0;
+    }
+    try {
+      const std::size_t frames = count_frames(path, stop_);
+      if (frames <= kMostFits) return frames;
+      complain(section.line, fmt::format("'{}' has {} frames; {} are the most", path.string(),
+                                         frames, kMostFits));
+    } catch (const InputError& error) {
+      complain(section.line, error.what());
+    }
+    return 0;
+  }
+
+  /// @param before the frame before; null: there is none.
+  void add_entry(const Section& section, const MeshPlace& mesh, const Combination& one,
+                 const MeshPlace* before) {
     const std::string name = entry_name(section.name, mesh) + one.suffix;
     if (const std::string problem = name_problem(name); !problem.empty()) {
       complain(section.line, fmt::format("a fit cannot be named '{}': {}", name, problem));
@@ -514,11 +544,14 @@ class Reader {
                                          name, first->second));
       return;
     }
-    manifest_.entries.push_back({name, mesh, one.options, section.outputs, section.line});
+    manifest_.entries.push_back({name, mesh.file, one.options, section.outputs, section.line});
+    manifest_.entries.back().frame = mesh.frame;
     if (before != nullptr) {
       manifest_.entries.back().follows = entry_name(section.name, *before) + one.suffix;
     }
   }
+
+  static constexpr std::size_t kMostFits = 100'000;  ///< of a table
 
   const ManifestChecks& checks_;
   bool meshes_may_be_missing_;

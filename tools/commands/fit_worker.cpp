@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/fnv_hash.hpp"
 #include "base/output_gate.hpp"
 #include "commands/batch_commands.hpp"
 #include "commands/manifest_options.hpp"
@@ -17,6 +18,7 @@
 #include "qjulia/base/error.hpp"
 #include "qjulia/base/version.hpp"
 #include "qjulia/map/map_file.hpp"
+#include "qjulia/mesh/point_cache.hpp"
 #include "qjulia/surface/compare.hpp"
 #include "qjulia/surface/figures.hpp"
 #include "report/report.hpp"
@@ -69,6 +71,25 @@ FitOptions started_at(FitOptions options, Map before) {
   return options;
 }
 
+/// What tells whether a frame of a point cache is the same, whatever the other frames are.
+std::string frame_hash(const std::filesystem::path& cache, std::size_t frame) {
+  const TriangleMesh mesh = read_frame(cache, frame);
+  base::FnvHash hash;
+  hash.add(mesh.vertices.size());
+  for (const Eigen::Vector3d& x : mesh.vertices) {
+    for (const double coordinate : x) hash.add(coordinate);
+  }
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) hash.add(corner);
+  }
+  return hash.text();
+}
+
+/// The hash of the mesh that an entry fits. @throws InputError where it cannot be read
+std::string mesh_hash(const batch::BatchEntry& entry) {
+  return entry.frame ? frame_hash(entry.mesh, *entry.frame) : file_hash(entry.mesh);
+}
+
 }  // namespace
 
 FitWorker::FitWorker(CachedTuning kept)
@@ -85,8 +106,14 @@ batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
   }
   FitOrigin origin = origin_of(options, fit_job(entry.mesh, options, before));
   origin.options = without_schedule_folder(std::move(origin.options));
+  if (entry.frame) {
+    origin.mesh["frame"] = *entry.frame + 1;
+    origin.mesh["fnv1a64"] = mesh_hash(entry);
+  }
   options.observer.on_evaluation = monitor.on_energy;
-  const auto [mesh, mesh_report] = read_and_inspect_mesh(entry.mesh, monitor.stop);
+  const auto [mesh, mesh_report] =
+      entry.frame ? read_and_inspect_frame(entry.mesh, *entry.frame, monitor.stop)
+                  : read_and_inspect_mesh(entry.mesh, monitor.stop);
   device_.reset_kernel_times();
   FitResult result = fit_resumable(mesh, options, folder / (entry.name + ".checkpoint"), monitor);
   if (result.stopped == StopReason::interrupted) throw Interrupted();
@@ -98,7 +125,9 @@ batch::EntryResult FitWorker::operator()(const batch::BatchEntry& entry,
     entry_result.files.push_back(entry.name + extension);
     return folder / entry_result.files.back();
   };
-  result.map.provenance = without_times(provenance(origin, device_, result));
+  nlohmann::json made = without_times(provenance(origin, device_, result));
+  if (entry.frame) made.erase("jobs");  // 'fit' reads no frame of a point cache
+  result.map.provenance = made;
   const std::filesystem::path map = file(".qjulia.json");
   write_map(result.map, map);
   auto warnings = mesh_report.warnings();
@@ -181,7 +210,7 @@ batch::FitKey fit_key(const batch::BatchEntry& entry) {
   const nlohmann::json options = without_schedule_folder(to_json(entry_options(entry)));
   batch::FitKey key{{}, text_hash(options.dump() + rest)};
   try {
-    key.inputs = file_hash(entry.mesh);
+    key.inputs = mesh_hash(entry);
   } catch (const InputError&) {
     // Reading the mesh will say so.
   }
