@@ -37,7 +37,7 @@ std::optional<std::vector<std::size_t>> sizes_in(std::string_view text) {
 std::optional<NpyHeader> read_npy_header(std::string_view bytes) {
   constexpr std::size_t kMagic = 6, kVersion = 2;
   if (!bytes.starts_with("\x93NUMPY") || bytes.size() < kMagic + kVersion) return std::nullopt;
-  const int version = bytes[kMagic];
+  const int version = static_cast<unsigned char>(bytes[kMagic]);
   if (version < 1 || version > 3) return std::nullopt;
   const std::size_t length_bytes = version == 1 ? 2 : 4;
   const std::size_t before = kMagic + kVersion + length_bytes;

@@ -77,8 +77,8 @@ constexpr double kPixelsAPlace = 1.5, kFinest = 16;
 /// The first step of a ray that begins in front of what others hit, pixels; each further one is
 /// twice as long, up to the shortest step of other rays, which is longer in close-ups.
 constexpr double kFirstStep = 1;
-/// Of so many pixels along each side of a block, one ray goes all the way. Their pictures are as
-/// near to ones of four times finer steps as those of pixels that all do.
+/// Of so many pixels along each side of a block, one ray goes all the way. Compared with
+/// steps a quarter as long, such pictures differ no more than if every ray went all the way.
 constexpr int kPixelBlock = 3;
 /// Pixels along the shorter side of pictures in which all rays go all the way, because limbs may be
 /// thinner than a block.
@@ -659,8 +659,9 @@ class MarchSource : public DepthSource {
   };
   /// @param wide rays of the finer view along a side of a coarse pixel. @param all coarse rows.
   static CoarseRows coarse_rows(int wide, int all, int first_row, int rows) {
-    const int first = std::clamp(first_row / wide - 1, 0, all - 1);
-    return {first, std::min(all, (first_row + rows - 1) / wide + 2) - first};
+    // As far around as `DepthGrid::nearest` looks.
+    const int first = std::clamp(first_row / wide - 2, 0, all - 1);
+    return {first, std::min(all, (first_row + rows - 1) / wide + 3) - first};
   }
 
   /// What a coarser view of the same shows.

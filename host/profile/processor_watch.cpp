@@ -94,8 +94,11 @@ std::optional<ProcessorUse> ProcessorWatch::so_far() const {
   const double own = now->own - before_->own;
   use.others = std::max(0.0, now->busy - before_->busy - own) / seconds;
   use.stolen = std::max(0.0, now->stolen - before_->stolen) / seconds;
-  use.throttled_times = now->throttled_times - before_->throttled_times;
-  use.throttled_seconds = now->throttled_seconds - before_->throttled_seconds;
+  // A process that was moved to another group reads another count.
+  if (now->throttled_times > before_->throttled_times) {
+    use.throttled_times = now->throttled_times - before_->throttled_times;
+    use.throttled_seconds = std::max(0.0, now->throttled_seconds - before_->throttled_seconds);
+  }
   return use;
 }
 

@@ -58,7 +58,10 @@ TEST_CASE("what a killed rank has not drawn is drawn by the same command") {
   CHECK(run(make_film(studio, "one")).exit_code == 0);
   const std::string script = studio.folder.file("rank.sh", R"(
 if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then
-  (until [ -e "$2/frame_0001.png" ] || [ -e "$2/frame_0002.png" ]; do sleep 0.01; done
+  (for i in $(seq 30000); do
+     if [ -e "$2/frame_0001.png" ] || [ -e "$2/frame_0002.png" ]; then break; fi
+     sleep 0.01
+   done
    kill -9 $$) &
 fi
 exec "$QJULIA" film "$1" -o "$2" --device cpu

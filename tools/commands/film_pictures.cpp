@@ -156,6 +156,8 @@ bool FilmDrawing::is_drawn(std::size_t number) const {
     return note.at("made_with").value("film", "") == film_note(key_, number);
   } catch (const InputError&) {
     return false;
+  } catch (const nlohmann::json::exception&) {  // a note of another program's
+    return false;
   }
 }
 
@@ -239,6 +241,7 @@ void FilmDrawing::warn_of_longer_film() {
         further.insert(name);
       }
     } catch (const InputError&) {  // somebody else's
+    } catch (const nlohmann::json::exception&) {
     }
   }
   if (further.empty()) return;

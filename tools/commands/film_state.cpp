@@ -67,10 +67,10 @@ void expect_same_film(const std::filesystem::path& state, const std::string& key
   std::error_code ignored;
   if (!std::filesystem::exists(state, ignored)) return;
   const nlohmann::json json = read_report(state.string(), "the film's state");
-  if (json.is_object() && json.value("key", "") == key) return;
+  if (json.is_object() && json.contains("key") && json["key"] == key) return;
   throw InputError(fmt::format(
-      "--frames: '{}' has pictures of another script or device, or of this one before it, its map "
-      "or the program was changed; give another folder, or remove that one",
+      "--frames: '{}' has pictures of another script or device, or of an earlier version of this "
+      "script, its map or the program; give another folder, or remove that one",
       state.parent_path().string()));
 }
 

@@ -65,11 +65,17 @@ batch::FolderLock locked_folder(const std::filesystem::path& folder, Session& se
     session.console.note(
         fmt::format("another process makes maps in '{}'; waiting for it", folder.string()));
   }
-  while (batch::is_locked(folder)) {
-    throw_if_stopped(session.stop());
-    std::this_thread::sleep_for(kBetweenLooks);
+  while (true) {
+    while (batch::is_locked(folder)) {
+      throw_if_stopped(session.stop());
+      std::this_thread::sleep_for(kBetweenLooks);
+    }
+    try {
+      return batch::FolderLock(folder);
+    } catch (const Error&) {
+      if (!batch::is_locked(folder)) throw;  // else another one that waited has it now
+    }
   }
-  return batch::FolderLock(folder);
 }
 
 constexpr const char* kUnfinished = "unfinished-";
