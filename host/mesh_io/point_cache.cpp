@@ -81,8 +81,12 @@ void expect_size(const MeshFile& file, const char* name, const base::NpyHeader& 
     file.refuse(
         fmt::format("'{}' is in Fortran's order; save numpy.ascontiguousarray of it", name));
   }
+  if (std::ranges::count(header.shape, std::size_t{0}) > 0) {
+    file.refuse(
+        fmt::format("'{}' is empty, of the shape ({})", name, fmt::join(header.shape, ", ")));
+  }
   std::uint64_t room = (size - header.bytes) / bytes;
-  for (const std::size_t length : header.shape) room = length == 0 ? 0 : room / length;
+  for (const std::size_t length : header.shape) room /= length;
   std::uint64_t values = bytes;
   if (room > 0) {
     for (const std::size_t length : header.shape) values *= length;

@@ -228,7 +228,7 @@ class Bench {
     return {};
   }
 
-  /// Of a job. It is judged as the kernel that takes most of its time is.
+  /// Of a job. It is not judged where the kernel that takes most of its time is not.
   JudgedShare judged_job(const KernelWork& work, const std::vector<Spent>& spent,
                          const Runs& runs) const {
     const std::string kernel = main_kernel(runs);
@@ -236,8 +236,10 @@ class Bench {
     JudgedShare found = judged_runs(work, measured_runs(spent, runs), are_busy(runs), mix);
     const auto of_kernel = runs.work.find(kernel);
     if (!found.share || of_kernel == runs.work.end()) return found;
-    const JudgedShare same = judged_runs(
-        of_kernel->second, measured_runs(spent_by(kernel, runs), runs), are_busy(runs), mix);
+    const std::vector<Spent> of_runs = spent_by(kernel, runs);
+    if (of_runs.size() < runs.all.size()) return found;
+    const JudgedShare same =
+        judged_runs(of_kernel->second, measured_runs(of_runs, runs), are_busy(runs), mix);
     if (same.doubt != Doubt::none) found.share.reset(), found.verdict = same.verdict;
     return found;
   }

@@ -83,7 +83,7 @@ Apart apart(const TriangleMesh& mesh, const PictureLayers& layers) {
 
 }  // namespace
 
-TEST_CASE("the ground stands still where it is told to") {
+TEST_CASE("the ground lies at the height that was set") {
   PictureOptions options;
   options.width = 64;
   options.height = 48;

@@ -112,7 +112,7 @@ TEST_CASE("every share is judged or has a reason why not, and none is above 1") 
   }
 }
 
-TEST_CASE("the gradient's work is of the samples that it does not leave out") {
+TEST_CASE("a gradient's work counts only the samples that it uses") {
   const profiling::Workload work = profiling::make_workload(small());
   energy::Samples samples = work.samples;
   for (std::size_t i = 0; i < 1000; ++i) samples.weight[i] = 0;  // their cotangent is 0

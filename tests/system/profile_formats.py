@@ -119,7 +119,7 @@ def check_measure(program, map_file, folder):
     google = json.loads(program(*small, "--export", "google-benchmark"))
     expect_valid("google-benchmark", google, GOOGLE_BENCHMARK)
     names = [row["name"] for row in google["benchmarks"]]
-    check(names.count("energy/n:1") >= 5, f"not five runs of energy: {names}")
+    check(names.count("energy/n:1") >= 5, f"fewer than five runs of energy: {names}")
     check_compare(program, small, google, folder)
 
     bencher = json.loads(program(*small, "--export", "bencher"))

@@ -126,12 +126,14 @@ TEST_CASE("a point cache that is damaged, of another shape or type is refused by
              ContainsSubstring("'vertices' has the shape (3, 3); give frames"));
   CHECK_THAT(vertices(npy_text("<f4", "1, 3, 3", corners(), "True")),
              ContainsSubstring("'vertices' is in Fortran's order"));
-  for (const char* shape : {"2, 3, 3", "0, 3, 3", "6148914691236517205, 4, 3", "1, 2, 3",
-                            "1, 4611686018427387905, 3"}) {
+  for (const char* shape :
+       {"2, 3, 3", "6148914691236517205, 4, 3", "1, 2, 3", "1, 4611686018427387905, 3"}) {
     CAPTURE(shape);
     CHECK_THAT(vertices(npy_text("<f4", shape, corners())),
                ContainsSubstring("'vertices' has the shape") && ContainsSubstring("9 numbers"));
   }
+  CHECK_THAT(vertices(npy_text("<f4", "0, 3, 3", corners())),
+             ContainsSubstring("'vertices' is empty, of the shape (0, 3, 3)"));
   CHECK_THAT(vertices(npy_text("<f4", "1, 3, 3", corners(std::numeric_limits<float>::infinity()))),
              ContainsSubstring("vertex 2 in frame 0 of 'vertices'"));
   CHECK_THAT(vertices(npy_text("<f4", "1, 3, 3", corners(0))),

@@ -446,7 +446,8 @@ class Reader {
       });
       if (meshes->size() == 1) {
         complain(section.line, fmt::format("the sequence has one frame, '{}'; give a glob that "
-                                           "matches all of them, or 'mesh' for one",
+                                           "matches all of them, a point cache of several, or "
+                                           "'mesh' with one mesh's file",
                                            meshes->front().file.string()));
       }
     }
@@ -478,6 +479,8 @@ class Reader {
     for (const std::string& pattern : section.meshes) {
       const auto path = folder() / pattern;
       if (section.is_sequence && is_point_cache(path)) {
+        std::error_code ignored;
+        if (meshes_may_be_missing_ && !std::filesystem::exists(path, ignored)) continue;
         const std::size_t frames = frames_of(path, section);
         for (std::size_t frame = 0; frame < frames; ++frame) meshes.push_back({path, frame});
         if (frames == 0) return std::nullopt;

@@ -104,21 +104,28 @@ int run_compare(const CompareArguments& arguments, const Plan& /*plan*/, Session
   }
   const auto metrics = compare(device, map, mesh, options, session.monitor());
   std::optional<Roughness> rough;
-  MeshScales of_mesh;
-  Porosity porous;
+  nlohmann::json of_mesh, porous;
+  std::string roughness_lines;
   if (arguments.roughness) {
     rough = roughness(device, map, {options.resolution, options.iterations}, session.monitor());
-    of_mesh = mesh_scales(device, mesh, options.resolution, session.monitor());
-    porous = porosity(device, mesh, std::min(options.resolution, 128), session.stop());
+    roughness_lines = "\n" + roughness_text(*rough);
+    try {
+      const MeshScales scales = mesh_scales(device, mesh, options.resolution, session.monitor());
+      const Porosity found =
+          porosity(device, mesh, std::min(options.resolution, 128), session.stop());
+      roughness_lines += fmt::format("\nthe mesh, seen with the same cells:\n{}\n{}",
+                                     scales_text(scales), porosity_text(found));
+      of_mesh = to_json(scales), porous = to_json(found);
+    } catch (const InputError& error) {
+      session.console.warn(
+          fmt::format("the roughness of '{}' is not measured: {}", arguments.mesh, error.what()));
+    }
   }
   session.report_kernels(device);
   nlohmann::json list = nlohmann::json::array();
   for (const FitMetrics& m : metrics) list.push_back(to_json(m));
   session.console.result(
-      table(metrics) +
-          (rough ? fmt::format("\n{}\nthe mesh, seen with the same cells:\n{}\n{}",
-                               roughness_text(*rough), scales_text(of_mesh), porosity_text(porous))
-                 : ""),
+      table(metrics) + roughness_lines,
       {{"map", arguments.map},
        {"mesh", arguments.mesh},
        {"resolution", options.resolution},
@@ -127,8 +134,8 @@ int run_compare(const CompareArguments& arguments, const Plan& /*plan*/, Session
        {"made_with", how},
        {"metrics", list},
        {"roughness", rough ? to_json(*rough) : nlohmann::json()},
-       {"area_at_scales", rough ? to_json(of_mesh) : nlohmann::json()},
-       {"porosity", rough ? to_json(porous) : nlohmann::json()},
+       {"area_at_scales", of_mesh},
+       {"porosity", porous},
        {"seconds", session.seconds()}});
   return kDone;
 }

@@ -87,16 +87,33 @@ View view_at(const FilmScript& script, const View& base, double time,
   return view;
 }
 
+/// What of a view the set depends on, by the names of keys.
+nlohmann::json set_of(const View& view) {
+  nlohmann::json set = to_json(view.map_options);
+  set["iterations"] = view.picture.iterations;
+  return set;
+}
+
 /// Parts of one set are not those of another: where they fly while a knob moves, they would jump.
+/// Nor is a mesh of parts cut.
 /// @param problems gets what moves, by its name
 void expect_still_set(const FilmScript& script, const std::vector<View>& views,
                       std::map<std::string, std::string>& problems) {
-  for (std::size_t i = 1; i < views.size(); ++i) {
-    if (!views[i].scatter.field || views[i - 1].scatter.time == 0) continue;
-    const nlohmann::json before = to_json(views[i - 1].map_options);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!views[i].scatter.field) continue;
+    if (!views[i].picture.cuts.empty()) {
+      for (const auto& [name, track] : script.tracks) {
+        if (!name.starts_with("cut-")) continue;
+        const double time = script.middle_of(i);
+        problems.emplace(name, fmt::format("{}: {} cuts parts that fly; leave it or scatter out",
+                                           track.place(time), name));
+      }
+    }
+    if (i == 0 || views[i - 1].scatter.time == 0) continue;
+    const nlohmann::json before = set_of(views[i - 1]);
     for (const auto& [name, track] : script.tracks) {
       const auto knob = before.find(job_name(moving_settings().at(name).of));
-      if (knob == before.end() || *knob == to_json(views[i].map_options).at(knob.key())) continue;
+      if (knob == before.end() || *knob == set_of(views[i]).at(knob.key())) continue;
       const double time = script.middle_of(i);
       problems.emplace(
           name, fmt::format("{}: {} moves at {:.4g} seconds, while parts fly, and they would jump; "

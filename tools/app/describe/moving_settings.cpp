@@ -117,8 +117,8 @@ Settings made_settings() {
   made["scatter-time"] = {"scatter-time", 1, Interpolation::linear, true, [](Numbers v, View& to) {
                             if (!to.scatter.field)
                               throw InputError("nothing flies; give the option scatter, too");
-                            if (!(v[0] >= 0))
-                              throw InputError(fmt::format("{} seconds; give 0 or more", v[0]));
+                            if (!(v[0] >= 0 && v[0] <= 600))
+                              throw InputError(fmt::format("{} seconds; give 0 to 600", v[0]));
                             to.scatter.time = v[0];
                           }};
   for (const char axis : {'x', 'y', 'z'}) {
