@@ -450,6 +450,29 @@ distance = 6
     CHECK((own.find(std::string(step) + ".qjulia.json") != std::string::npos));
   }
   CHECK((frame(studio, "several", 1) != frame(studio, "several", 6)));
+  // Keys say how far along the maps the film is.
+  studio.folder.file("eased.toml", script + R"([[key]]
+at = 0
+step = "hold"
+maps = 0.5
+[[key]]
+at = 1
+step = "linear"
+maps = 1
+[[key]]
+at = 2
+maps = 0
+)");
+  const auto eased = run_command({"film", "make", studio.folder / "eased.toml", "-o",
+                                  studio.folder / "eased", "--device", "cpu"});
+  INFO(eased.err);
+  REQUIRE(eased.exit_code == 0);
+  for (const auto& [number, step] :
+       {std::pair(1, "s9"), std::pair(3, "s9"), std::pair(4, "s10"), std::pair(6, "s9")}) {
+    INFO(number);
+    CHECK((frame(studio, "eased", number).find(std::string(step) + ".qjulia.json") !=
+           std::string::npos));
+  }
   // Where one map has changed, its film is another one.
   map.dynamics.factors[1].center.x = 0.2;
   qjulia::write_map(map, studio.folder / "steps/s9.qjulia.json");
@@ -463,6 +486,11 @@ distance = 6
   CHECK_THAT(studio.refused("[film]\nmaps = \"steps/*\"\nmap = \"ball.qjulia.json\"\n"
                             "seconds = 1\n"),
              ContainsSubstring("'map' and 'maps'"));
+  CHECK_THAT(studio.refused(script + "[[key]]\nat = 0\nmaps = 1.5\n"),
+             ContainsSubstring("bad.toml:12: maps: give 0 for the first map, 1 for the last"));
+  CHECK_THAT(studio.refused("[film]\nmap = \"ball.qjulia.json\"\nseconds = 1\n"
+                            "[[key]]\nat = 0\nmaps = 1\n"),
+             ContainsSubstring("bad.toml:6: maps: the film has one map"));
   CHECK_THAT(studio.refused("[film]\nmaps = \"steps/*\"\nseconds = 1\n[dive]\nportal = 1\n"),
              ContainsSubstring("give 'map' for 'maps'"));
 }

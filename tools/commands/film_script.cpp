@@ -29,6 +29,9 @@ constexpr int kMostCopies = 1000;
 constexpr std::array kMovedByDive{"look-at", "distance",  "azimuth", "frame",
                                   "rotate",  "translate", "scale"};
 
+/// Not a setting of views: which of the film's maps is shown.
+constexpr const char* kAlongMaps = "maps";
+
 std::size_t line_of_node(const toml::node& node) { return node.source().begin.line; }
 
 /// The numbers of a value: one, or an array of them.
@@ -306,12 +309,22 @@ class ScriptReader {
   }
 
   const MovingSetting& setting_of(const std::string& name) const {
+    if (name == kAlongMaps) {
+      if (has_several_) return along_maps();
+      throw InputError("the film has one map; give a folder of them as 'maps' in [film]");
+    }
     const auto found = moving_settings().find(base::dashed(name));
     if (found != moving_settings().end()) return found->second;
-    std::vector<std::string> names;
+    std::vector<std::string> names{kAlongMaps};
     for (const auto& [known, setting] : moving_settings()) names.push_back(known);
     throw InputError(
         fmt::format("there is no such setting to move; it can be {}", fmt::join(names, ", ")));
+  }
+
+  /// A share, 0 to 1, of the way from the first map to the last.
+  static const MovingSetting& along_maps() {
+    static const MovingSetting setting{kAlongMaps, 1, Interpolation::linear, true, {}};
+    return setting;
   }
 
   /// @param time none where it cannot be read: the value is then checked alone. @param place where
@@ -325,6 +338,9 @@ class ScriptReader {
                                                   : fmt::format("{} numbers", setting.numbers)));
     }
     film::expect_value(value, setting.interpolation);
+    if (name == kAlongMaps && !(value[0] >= 0 && value[0] <= 1)) {
+      throw InputError("give 0 for the first map, 1 for the last, or a share of the way");
+    }
     if (!time) return;
     is_geodesic_ = is_geodesic_ || step == film::Step::geodesic;
     keys_[base::dashed(name)].push_back(
@@ -442,8 +458,13 @@ class ScriptReader {
         if (!is_new && setting.of != "cut") {
           throw InputError(fmt::format("'{}' moves the same; give keys of one", other->second));
         }
-        script_.tracks.emplace(name, film::Track(std::move(keys), setting.interpolation,
-                                                 found == by_name.end() ? loop_ : found->second));
+        film::Track track(std::move(keys), setting.interpolation,
+                          found == by_name.end() ? loop_ : found->second);
+        if (name == kAlongMaps) {
+          script_.along_maps = std::move(track);
+        } else {
+          script_.tracks.emplace(name, std::move(track));
+        }
       } catch (const InputError& error) {
         problems_.push_back(fmt::format("{}: {}: {}", place, name, error.what()));
       }

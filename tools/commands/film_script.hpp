@@ -34,7 +34,9 @@ struct FilmScript {
   double rate = 25;                                   ///< pictures a second
   nlohmann::json options = nlohmann::json::object();  ///< of `render`, for the whole film
   std::map<std::string, film::Track> tracks;          ///< by the names of moving settings
-  std::optional<film::Dive> dive;                     ///< moves the camera, once in the film
+  /// How far along `maps` the film is, 0 at the first and 1 at the last; none: as far as in time.
+  std::optional<film::Track> along_maps;
+  std::optional<film::Dive> dive;  ///< moves the camera, once in the film
   double shutter =
       0;           ///< share of a picture's time in which the camera is seen moving; 0: it is not
   int copies = 1;  ///< how often a film shows its pictures: so many copies deep it dives
@@ -44,6 +46,8 @@ struct FilmScript {
   std::size_t pictures() const;
   /// Seconds: where picture number i is in its middle, and how long its shutter is open.
   double middle_of(std::size_t i) const { return (static_cast<double>(i) + 0.5 * shutter) / rate; }
+  /// Which of `maps` a picture shows.
+  std::size_t map_of(std::size_t picture) const;
   /// The files that the script names, by what a job calls them.
   std::map<std::string, std::filesystem::path> files() const;
   /// What holds for all pictures. @throws InputError naming the option

@@ -125,13 +125,19 @@ void expect_still_set(const FilmScript& script, const std::vector<View>& views,
 
 }  // namespace
 
+std::size_t FilmScript::map_of(std::size_t picture) const {
+  if (!along_maps) return picture * maps.size() / pictures();
+  const double share = std::clamp(along_maps->at(middle_of(picture)).front(), 0.0, 1.0);
+  return static_cast<std::size_t>(std::lround(share * static_cast<double>(maps.size() - 1)));
+}
+
 std::vector<View> FilmScript::views(const View& base) const {
   std::vector<View> all;
   std::map<std::string, std::string> problems;
   const std::size_t count = pictures() + (dive ? 1 : 0);
   for (std::size_t i = 0; i < count; ++i) {
     all.push_back(view_at(*this, base, middle_of(i), problems));
-    if (!maps.empty()) all.back().map = maps[i * maps.size() / count];
+    if (!maps.empty()) all.back().map = maps[map_of(i)];
   }
   // Lamps stand where they are in the first picture, unless they are keyed. In a dive they go with
   // the camera.
