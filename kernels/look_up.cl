@@ -1,4 +1,4 @@
-// F_n at points whose orbits are looked up rather than computed, for drafts of surfaces and for the
+// F_n at points whose orbits are looked up rather than computed, for large surfaces and for the
 // loose pieces of pictures.
 // Work-items are scalar, whatever the lane width.
 

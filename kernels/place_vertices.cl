@@ -13,7 +13,7 @@
 // boundary.
 
 #include "layout/placement.h"
-#include "looked_up_orbit.clh"
+#include "map.clh"
 #include "turns.clh"
 
 // How many edges a work-item has under way. There are more of them than lanes, so that enough of
@@ -132,35 +132,11 @@ typedef struct {
   global const real* map;
   global const real* edges;
   global real* at;
-  orbit_lookup lookup;
   qj_placement placement;
 } placing;
 
-// Orbits are looked up only in programs that are built for it (QJ_LOOKS_UP), since that takes
-// registers which are scarce on GPUs. This is an orbit that begins at a place on an edge.
-static inline bool look_up_place(const placing* with, real3 start, last_iterate* last) {
-#ifdef QJ_LOOKS_UP
-  return looked_up_orbit(&with->lookup, start, with->map, last);
-#else
-  (void)with, (void)start, (void)last;
-  return false;
-#endif
-}
-
-// Looks up an orbit that goes on from q, to which iterate number `done` has taken it.
-static inline bool look_up_image(const placing* with, real4 q, int done, last_iterate* last) {
-#ifdef QJ_LOOKS_UP
-  if (done + 1 < with->lookup.tabled) return false;
-  *last = orbit_in_table(&with->lookup, q, done, with->map);
-  return true;
-#else
-  (void)with, (void)q, (void)done, (void)last;
-  return false;
-#endif
-}
-
 // Takes the edge in a slot on: to its vertex, and then to the next edge, where that is known; else
-// to the next try, whose orbit waits for F if it cannot be looked up.
+// to the next try, whose orbit waits for F.
 static inline void take_edge_on(const placing* with, held_edges* held, int slot) {
   crossed_edge* e = &held->edge[slot];
   const qj_placement* p = &with->placement;
@@ -174,11 +150,6 @@ static inline void take_edge_on(const placing* with, held_edges* held, int slot)
     }
     e->tried = next_place(e, p);
     real3 start = point_on(e, e->tried, p);
-    last_iterate last;
-    if (look_up_place(with, start, &last)) {
-      shorten(e, last.f, with->map[QJ_MAP_SURFACE_LEVEL], last.number, p);
-      continue;
-    }
     held->x[slot] = start.x, held->y[slot] = start.y, held->z[slot] = start.z;
     held->w[slot] = with->map[QJ_MAP_SLICE];
     held->f[slot] = 0;
@@ -191,33 +162,25 @@ static inline void take_edge_on(const placing* with, held_edges* held, int slot)
 // edges: six arrays of placement.stride reals: the index (i, j, k) of an edge's first point, its
 // axis, and the clamped differences from the level at its first and last point, of which exactly
 // one is below 0. at: `stride` reals, the place of each vertex in steps from the first point.
-// nodes ... table_versors: what orbits are looked up in (looked_up_orbit.clh), from iterate
-// placement.tabled on.
 //
 // A work-item has `placement.share` edges, from item * placement.share on, of placement.count in
 // all. A turn of its loop computes F, or the versor of an image, for edges that wait for it, as
 // many as there are lanes. What is found on an edge does not depend on the other edges.
 kernel void place_vertices(global const real* map, int factors, qj_placement placement,
-                           global const real* edges, global const real* nodes,
-                           global const int* node_places, global const real* node_field,
-                           global const real* node_versors, global const uchar* trusted,
-                           global const real* table_layout, global const int* table_bricks,
-                           global const ushort* table_fields, global const char* table_versors,
-                           global real* at TURNS_ARGUMENT) {
+                           global const real* edges, global real* at TURNS_ARGUMENT) {
   held_edges held;
   held.next_edge = (int)get_global_id(0) * placement.share;
   if (held.next_edge >= placement.count) return;
   held.last_edge = min(held.next_edge + placement.share, placement.count);
   held.fields = held.versors = held.ends = 0;
-  image_lattice lattice = {nodes, node_places, node_field, node_versors, trusted, 0};
-  image_table table = {table_layout, table_bricks, table_fields, table_versors};
   placing with;
   with.map = map;
   with.edges = edges;
   with.at = at;
-  with.lookup = lookup_of(lattice, table, placement.tabled, placement.iterations, map);
   with.placement = placement;
   real level = map[QJ_MAP_SURFACE_LEVEL], escape = map[QJ_MAP_LOG_ESCAPE];
+  // An iterate whose F is not between these is the last.
+  real below = map[QJ_MAP_LOG_INNER], above = fmin(escape, map[QJ_MAP_LOG_OUTER]);
 
   for (int slot = 0; slot < HELD && held.next_edge < held.last_edge; ++slot) {
     held.edge[slot] = new_edge(edges, placement.stride, held.next_edge++);
@@ -252,13 +215,6 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
       lane_store(q.w, pw, 0);
       for (int i = 0; i < count; ++i) {
         int lane = entry(i), slot = entry(slots[lane]);
-        real4 image = (real4)(px[lane], py[lane], pz[lane], pw[lane]);
-        last_iterate last;
-        if (look_up_image(&with, image, held.done[slot], &last)) {
-          shorten(&held.edge[slot], last.f, level, last.number, &placement);
-          held.ended[entry(held.ends)] = slot, ++held.ends;
-          continue;
-        }
         held.x[slot] = px[lane], held.y[slot] = py[lane], held.z[slot] = pz[lane];
         held.w[slot] = pw[lane];
         held.for_field[entry(held.fields)] = slot, ++held.fields;
@@ -275,7 +231,8 @@ kernel void place_vertices(global const real* map, int factors, qj_placement pla
       bool is_far = held.done[slot] == 0 && radius[lane] >= escape;
       held.f[slot] = is_far ? radius[lane] : pf[lane];
       ++held.done[slot];
-      if (!is_far && !is_last(&with.lookup, held.f[slot], held.done[slot])) {
+      bool goes_on = held.f[slot] > below && held.f[slot] < above;
+      if (!is_far && goes_on && held.done[slot] < placement.iterations) {
         held.for_versor[entry(held.versors)] = slot, ++held.versors;
         continue;
       }

@@ -119,9 +119,13 @@ class LevelSet {
   std::shared_ptr<const OrbitLookup> lookup_;
 };
 
+/// Whether a surface takes tables where these save time, or however small its grid is.
+enum class TableUse { where_they_pay, always };
+
 /// `extract_surface` for callers that know the stop radii. Map and options are valid.
 SurfaceReport level_set_surface(const Device& device, const Map& map, const StopRadii& stops,
                                 const SurfaceOptions& options, SurfaceSink& sink,
-                                const ProgressMonitor& monitor);
+                                const ProgressMonitor& monitor,
+                                TableUse tables = TableUse::where_they_pay);
 
 }  // namespace qjulia::surface

@@ -1,5 +1,5 @@
 #pragma once
-/// Orbits that are looked up rather than computed, for drafts of surfaces and for the loose pieces
+/// Orbits that are looked up rather than computed, for large surfaces and for the loose pieces
 /// of pictures (kernels/looked_up_orbit.clh).
 
 #include <Eigen/Core>
@@ -23,8 +23,8 @@ struct OrbitLookup {
   int tabled;            ///< the table serves iterates from this one on
 };
 
-/// A lookup that serves no point: every orbit is computed.
-OrbitLookup no_lookup(const map::DeviceMap& map);
+/// Whether making tables for orbits of the grid's points takes less time than they save.
+bool tables_pay(const Map& map, const Grid& grid);
 
 /// For points of the grid's box near the surface of F_n at `level`, which may seem to lie by
 /// `displacement` elsewhere, map units. Null if the map's orbits cannot be looked up so closely.

@@ -244,8 +244,10 @@ std::vector<FitMetrics> compare(const Device& device, const Map& map, const Tria
       metrics.limbs = static_cast<int>(limbs.size());
       metrics.limbs_kept = limbs_kept(limbs, cube.grid, in_set);
     }
-    const SurfaceOptions surface{
-        .resolution = options.resolution, .iterations = n, .precision = options.precision};
+    const SurfaceOptions surface{.resolution = options.resolution,
+                                 .iterations = n,
+                                 .exact = true,
+                                 .precision = options.precision};
     MeshSink set;
     level_set_surface(device, map, stops, surface, set, quiet);
     compare_surfaces(device, set.mesh, sampled, options.box, mesh.box().diagonal(), monitor.stop,

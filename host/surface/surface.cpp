@@ -43,8 +43,8 @@ constexpr std::size_t kPlacedAtOnce = std::size_t{1} << 15;
 /// r_in or r_out. Larger ones put vertices farther from bisected ones (with 2 they are a fifth
 /// farther off; bunny, n = 6, 384 cells); less than a quarter flattens where iterates are smooth.
 constexpr double kLeastReach = 0.25, kMostReach = 1;
-/// The most that looked-up orbits may displace the surface of a draft, in cells.
-constexpr double kDraftDisplacement = 0.25;
+/// The most that looked-up orbits may displace the surface, in cells.
+constexpr double kDisplacement = 0.25;
 /// The box of shape and copies is widened by this on each side to begin with.
 constexpr double kMargin = 0.05;
 
@@ -232,14 +232,12 @@ SurfaceReport mesh_level_set(const LevelSet& set, const LevelSet& second, double
 void SurfaceOptions::validate() const {
   expect_in_ranges(surface_settings(), *this);
   map::expect_box(box);
-  if (draft && dense) {
-    throw InputError("draft and dense contradict each other; give one of them");
-  }
 }
 
 SurfaceReport surface::level_set_surface(const Device& device, const Map& map,
                                          const StopRadii& stops, const SurfaceOptions& options,
-                                         SurfaceSink& sink, const ProgressMonitor& monitor) {
+                                         SurfaceSink& sink, const ProgressMonitor& monitor,
+                                         TableUse tables) {
   LevelSet set(device, map, stops, options.iterations, options.precision);
   const double level = map.dynamics.surface_level;
   const Box box = [&] {
@@ -250,10 +248,11 @@ SurfaceReport surface::level_set_surface(const Device& device, const Map& map,
   const DifferenceScale scale{reach_about(level, map.layers.steepness, stops, options.iterations),
                               map.layers.steepness};
   std::shared_ptr<const OrbitLookup> lookup;
-  if (options.draft && options.iterations > 1) {
+  const bool may_look_up = !options.exact && !options.dense && options.iterations > 1;
+  if (may_look_up && (tables == TableUse::always || tables_pay(map, grid))) {
     const TraceStage stage(monitor.trace, "tables of images");
     lookup = make_lookup({device, map, stops, options.precision}, set, level, grid,
-                         kDraftDisplacement * grid.step, monitor.stop);
+                         kDisplacement * grid.step, monitor.stop);
     device.context().finish();  // they are used in other queues too
   }
   const Device sibling = device.sibling();
@@ -263,8 +262,7 @@ SurfaceReport surface::level_set_surface(const Device& device, const Map& map,
   std::optional<VertexPlacer> placer;
   if (tries > 0) {
     placing = device.sibling(Trace::Row::third_queue);
-    placer.emplace(*placing, map, stops, options.iterations, options.precision, scale, tries,
-                   lookup);
+    placer.emplace(*placing, map, stops, options.iterations, options.precision, scale, tries);
   }
   set.reset_counts();
   set.look_up(lookup);

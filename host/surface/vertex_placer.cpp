@@ -3,10 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "device/point_batch.hpp"
 #include "device/quirks.hpp"
@@ -28,8 +24,6 @@ constexpr double kClose = 0.8;
 constexpr double kUsualStretch = 12;
 constexpr double kLeastStretch = 2;
 
-using Defines = std::map<std::string, int>;
-
 /// |∇F_1| about the surface, map units; 0 if the map does not say its detail.
 double slope_of(const Map& map) {
   const std::optional<double> diagonal = map.frame.own_diagonal();
@@ -41,15 +35,13 @@ double slope_of(const Map& map) {
 
 VertexPlacer::VertexPlacer(const Device& device, const Map& map, const StopRadii& stops,
                            int iterations, Precision precision, const DifferenceScale& scale,
-                           int tries, std::shared_ptr<const OrbitLookup> lookup)
+                           int tries)
     : map_(device, map, stops, precision),
       iterations_(iterations),
       scale_(scale),
       tries_(tries),
       is_counted_(device::launch_watch() != nullptr),
-      kernel_(map_.kernel("place_vertices.cl", "place_vertices",
-                          counted_if_watched(lookup ? Defines{{"QJ_LOOKS_UP", 1}} : Defines{}))),
-      lookup_(lookup ? std::move(lookup) : std::make_shared<const OrbitLookup>(no_lookup(map_))),
+      kernel_(map_.kernel("place_vertices.cl", "place_vertices", counted_if_watched())),
       slope_(slope_of(map)),
       // Images of points at the surface have the length e^L.
       stretch_(slope_ > 0 ? std::max(kLeastStretch, slope_ * std::exp(map.dynamics.surface_level))
@@ -82,15 +74,11 @@ void VertexPlacer::place(const Grid& grid, std::span<EdgeVertex> vertices) const
                                     .close = real(std::ldexp(kClose, -tries_)),
                                     .iterations = iterations_,
                                     .tries = tries_,
-                                    .tabled = lookup_->tabled,
                                     .stride = device::narrow(part.stride),
                                     .count = device::narrow(part.count),
                                     .share = device::narrow(share)};
         });
-        Arguments arguments{map_.buffer(), map_.factors(), placement, part.in};
-        append_lattice(lookup_->lattice, arguments);
-        append_table(lookup_->table, arguments);
-        arguments.emplace_back(part.out);
+        Arguments arguments{map_.buffer(), map_.factors(), placement, part.in, part.out};
         turns.append_to(arguments);
         return device::PartCall{std::move(arguments),
                                 device::moving(7 * static_cast<double>(part.count))};

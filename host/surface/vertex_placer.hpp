@@ -1,10 +1,8 @@
 #pragma once
 /// Puts a mesh's vertices where the set ends, by trying points between grid points.
 
-#include <memory>
 #include <span>
 
-#include "lattice/orbit_lookup.hpp"
 #include "map/device_map.hpp"
 #include "qjulia/map/field.hpp"
 #include "surface/edge_vertex.hpp"
@@ -14,10 +12,8 @@ namespace qjulia::surface {
 class VertexPlacer {
  public:
   /// @param iterations n. @param tries the most points tried on each edge, 1 or more.
-  /// @param lookup for orbits; null if they are to be computed.
   VertexPlacer(const Device& device, const Map& map, const StopRadii& stops, int iterations,
-               Precision precision, const DifferenceScale& scale, int tries,
-               std::shared_ptr<const OrbitLookup> lookup = nullptr);
+               Precision precision, const DifferenceScale& scale, int tries);
 
   /// Tries points on each vertex's edge. Each shows on which side of it the set ends, and about how
   /// far away (kernels/place_vertices.cl). Where a vertex is put does not depend on the others.
@@ -30,7 +26,6 @@ class VertexPlacer {
   int tries_;
   bool is_counted_;  ///< whether the kernel counts its turns
   device::Kernel kernel_;
-  std::shared_ptr<const OrbitLookup> lookup_;
   double slope_;    ///< |∇F_1| about the surface, map units; 0 if it is not known
   double stretch_;  ///< factor by which an iterate stretches distances
 };

@@ -12,7 +12,6 @@ QJ_ARGUMENTS(qj_placement) {
   real close;     /* a point this near to the set's boundary ends the search; steps */
   int iterations; /* n */
   int tries;      /* most places tried on an edge */
-  int tabled;     /* iterates are looked up from this one on */
   int stride;     /* reals in an array of edges */
   int count;      /* edges */
   int share;      /* edges of a work-item */

@@ -136,7 +136,7 @@ class Calls:
             "Map.surface": (
                 lambda **k: map.surface(16, **k),
                 [
-                    {**hear, "n": 2, "box": BOX, "draft": True, "refine": 3, "escape": 30, "precision": "double"},
+                    {**hear, "n": 2, "box": BOX, "exact": True, "refine": 3, "escape": 30, "precision": "double"},
                     {"n": 1, "dense": True, "keep_loose": True},
                     PRINT,
                     {"longest": 40, "min_wall": 1, "largest_component": True},

@@ -99,28 +99,44 @@ TEST_CASE("orbits that cannot be looked up closely enough, or at all, are comput
   CHECK_FALSE(lookup(with_portal, 0.01));
 }
 
-TEST_CASE("a draft is a closed mesh with as many bodies and nearly the same volume") {
+TEST_CASE("a surface by tables is closed, with as many bodies and nearly the same volume") {
   const Device device = test::shared_device();
   const Map map = modern_map();
+  const StopRadii stops = find_stop_radii(device, map);
   SurfaceOptions options;
   options.resolution = 128;
-  MeshSink exact_sink, draft_sink;
-  const SurfaceReport exact = extract_surface(device, map, options, exact_sink);
-  options.draft = true;
-  const SurfaceReport draft = extract_surface(device, map, options, draft_sink);
-  CHECK(draft.trusted_share > 0.5);
+  const auto surface = [&](surface::TableUse tables, MeshSink& sink) {
+    return surface::level_set_surface(device, map, stops, options, sink, {}, tables);
+  };
+  MeshSink exact_sink, tabled_sink, small_sink;
+  const SurfaceReport tabled = surface(surface::TableUse::always, tabled_sink);
+  const SurfaceReport small = surface(surface::TableUse::where_they_pay, small_sink);
+  options.exact = true;
+  const SurfaceReport exact = surface(surface::TableUse::always, exact_sink);
+  CHECK(tabled.trusted_share > 0.5);
   CHECK(exact.trusted_share == 0);
-  CHECK(draft.iterated < exact.iterated);
-  CHECK(draft.open_edges == 0);
-  CHECK(inspect(draft_sink.mesh).non_manifold_edges == 0);
-  CHECK(draft_sink.mesh.vertices != exact_sink.mesh.vertices);
+  CHECK(small.trusted_share == 0);
+  CHECK(tabled.iterated < exact.iterated);
+  CHECK(tabled.open_edges == 0);
+  CHECK(inspect(tabled_sink.mesh).non_manifold_edges == 0);
+  CHECK(tabled_sink.mesh.vertices != exact_sink.mesh.vertices);
+  CHECK(small_sink.mesh.vertices == exact_sink.mesh.vertices);
   drop_loose_pieces(exact_sink.mesh);
-  drop_loose_pieces(draft_sink.mesh);
-  const SurfaceFigures a = measure(exact_sink.mesh), b = measure(draft_sink.mesh);
+  drop_loose_pieces(tabled_sink.mesh);
+  const SurfaceFigures a = measure(exact_sink.mesh), b = measure(tabled_sink.mesh);
   CHECK(a.components == b.components);
   CHECK(b.volume == Catch::Approx(a.volume).epsilon(0.003));
   CHECK(b.area == Catch::Approx(a.area).epsilon(0.02));
-  options.dense = true;
-  CHECK_THROWS_WITH(extract_surface(device, map, options),
-                    Catch::Matchers::ContainsSubstring("draft and dense"));
+}
+
+TEST_CASE("tables pay in large grids of many factors") {
+  Map map = modern_map();
+  const auto pay = [&](int cells, std::size_t factors) {
+    map.dynamics.factors.resize(factors, map.dynamics.factors.front());
+    return surface::tables_pay(map, surface::grid_over(surface::cube(1), cells));
+  };
+  CHECK_FALSE(pay(256, 992));
+  CHECK(pay(384, 992));
+  CHECK_FALSE(pay(512, 331));
+  CHECK(pay(1024, 331));
 }

@@ -75,12 +75,10 @@ def kinds_of_maps():
     return kinds
 
 
-# Programs that are compiled for these kinds of map too; their rows end in + and the kind's name.
-OF_ANY_MAP = {"portals": ['-DQJ_PORTALS="portals.clh"'], "paint": ['-DQJ_PAINT="painted.clh"'],
-              **kinds_of_maps()}
-MAPS = {**OF_ANY_MAP, "lookup": ["-DQJ_LOOKS_UP=1"]}
-OF_MAPS = {"field": OF_ANY_MAP, "field_queries": OF_ANY_MAP, "level_set": OF_ANY_MAP,
-           "orbit_trait": OF_ANY_MAP, "ray_march": OF_ANY_MAP, "place_vertices": ("lookup",)}
+# What builds a program for a kind of map. Rows of such programs end in + and the kind's name.
+MAPS = {"portals": ['-DQJ_PORTALS="portals.clh"'], "paint": ['-DQJ_PAINT="painted.clh"'],
+        **kinds_of_maps()}
+OF_MAPS = {"field", "field_queries", "level_set", "orbit_trait", "ray_march"}
 # Loops that take the time, by the name their figures have: kernel, and the rank of the loop among
 # the kernel's by multiply-adds.
 HOT_LOOPS = {"log_norm": ("energy_terms", 3),
@@ -420,7 +418,7 @@ def main():
     programs = sorted(pathlib.Path("kernels").glob("*.cl"))
     jobs = [(program, target, double, defines, ())
             for program in programs
-            for defines in builds(program) + [MAPS[of] for of in OF_MAPS.get(program.stem, ())]
+            for defines in builds(program) + (list(MAPS.values()) if program.stem in OF_MAPS else [])
             for double in (0, 1) for target in GPUS]
     # One pair a trip, so that instructions of a loop are those of a pair.
     kernels = re.compile(r"\b(" + "|".join(kernel for kernel, _ in HOT_LOOPS.values()) + r")\(")

@@ -38,7 +38,7 @@ for width in 1 8 16; do
     defines="-DQJ_WIDTH=$width -DQJ_DOUBLE=$double"
     all kernels/*.cl
     check "$source" $defines
-    check "$source" $defines -DQJ_GROUP=64 -DQJ_LOOKS_UP=1
+    check "$source" $defines -DQJ_GROUP=64
     check "$source" $defines -DQJ_LINEAR_LOSS=1
     all "${of_any_map[@]}"
     for file in kernels/*_modulus.clh; do check "$source" $defines "-DQJ_MODULUS=\"${file##*/}\""; done

@@ -322,7 +322,7 @@ RUNS = {
             {"--count": lambda done, value: len(done.read("o.qjulia.json")["portals"]) == int(value)}),
     ],
     "surface": [
-        Run("f.qjulia.json", {"--output": "k.ply", "--resolution": "16", "--refine": "4", "--draft": None,
+        Run("f.qjulia.json", {"--output": "k.ply", "--resolution": "16", "--refine": "4", "--exact": None,
                               "--keep-loose": None, "--material": "trap", "--palette": "102030,405060",
                               "--range": "0,0.2,0.5,1", "--cut": "z=90%"},
             {"--material": lambda done, value: b"property uchar red" in done.path("k.ply").read_bytes()}),

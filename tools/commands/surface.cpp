@@ -472,8 +472,8 @@ void describe_surface(Command command, SurfaceArguments& a) {
                "Leave the map out of a .glb, which otherwise holds it, with its knobs turned, for "
                "every command that reads maps. It takes 50 to 60 bytes a factor: 20 KB of 331 "
                "factors, 51 KB of 992");
-  const Option draft = add("draft");
-  add("dense").excludes({draft});
+  add("exact");
+  add("dense");
   const std::string shown =
       "What the colours of the vertices show, in " + colored_types() +
       " files: clay, no colours; or the same as in pictures: " + materials_help();

@@ -18,11 +18,12 @@ struct SurfaceOptions {
   int iterations = 6;        ///< n; 1 is the fitted potential itself
   std::optional<Box> box{};  ///< shape units; by default the shape's box plus 5 %, grown until
                              ///< nothing touches its faces
-  bool dense = false;        ///< iterate every point of the grid: the same mesh, slower
-  /// Look orbits up in tables of images instead of computing them, where that is estimated to move
-  /// the surface by no more than a quarter of a cell: in maps of factors without portals, at n > 1.
-  /// Tips of tufts as thin as a cell may come or go. For other maps the option changes nothing.
-  bool draft = false;
+  bool dense = false;        ///< iterate every point of the grid: the same mesh as `exact`, slower
+  /// Compute every orbit. By default the sides of grid points come from tables of images where
+  /// those take less time and are estimated to move the surface by no more than a quarter of a
+  /// cell: in large grids of maps of many factors without portals, at n > 1. Vertices are placed by
+  /// computed orbits. Tips of tufts as thin as a cell may come or go.
+  bool exact = false;
   /// How many points are tried on each crossed edge to find where the set ends, 0 … 20. By default
   /// 2, and 0 at n = 1, where F_n is smooth and interpolation is enough.
   std::optional<int> refine{};
@@ -45,7 +46,7 @@ struct SurfaceReport {
   std::uint64_t iterated = 0;        ///< points whose orbits were iterated beyond F_1
   std::uint64_t iterates = 0;        ///< second and further iterates of these, all together
   std::uint64_t bounded_blocks = 0;  ///< blocks of points over which F_1 was bounded
-  double trusted_share = 0;  ///< of a draft's cells of nodes: those that first iterates come from
+  double trusted_share = 0;  ///< of cells of nodes: those that first iterates are looked up in
 };
 /// The counts of evaluations: grid, potentials, settled, nodes, iterated, iterates, bounded_blocks;
 /// and trusted_share.
