@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "qjulia/base/error.hpp"
@@ -63,7 +67,9 @@ Studio& Painter::studio(const ViewRequest& view, const std::stop_token& stop) {
 }
 
 std::string Painter::picture(const ViewRequest& view, const ProgressMonitor& monitor) {
-  Studio& seen = studio(view, monitor.stop);
+  std::optional<Studio> own;
+  Studio& seen =
+      view.is_apart ? own.emplace(new_studio(view, monitor.stop)) : studio(view, monitor.stop);
   seen.resize(view.picture.width, view.picture.height);
   const Camera camera = view.is_steady ? steady(seen, view.picture.camera) : view.picture.camera;
   // While something moves, colours stay those of the last whole picture.
@@ -78,6 +84,23 @@ std::string Painter::picture(const ViewRequest& view, const ProgressMonitor& mon
     range_ = seen.range();
   }
   return png_bytes(image, {}, Packing::quick);
+}
+
+std::string Painter::point(const ViewRequest& view, const ProgressMonitor& monitor) {
+  Studio& seen = studio(view, monitor.stop);
+  const auto [width, height] = std::pair(view.picture.width, view.picture.height);
+  seen.resize(width, height);
+  const auto pixel = [](double share, int side) {
+    return std::min(static_cast<std::size_t>(share * side), static_cast<std::size_t>(side - 1));
+  };
+  const std::size_t at =
+      pixel(view.at.y(), height) * static_cast<std::size_t>(width) + pixel(view.at.x(), width);
+  const PictureLayers layers = seen.layered_picture(view.picture.camera, monitor).layers;
+  // The ground has a position, too.
+  const std::span<const float> mask(layers.mask.data() + 3 * at, 3),
+      position(layers.position.data() + 3 * at, 3);
+  if (mask[0] + mask[2] <= 0 || !std::isfinite(position[0])) return "null";
+  return nlohmann::json(position).dump();
 }
 
 std::string Painter::map_file(const ViewRequest& view) {

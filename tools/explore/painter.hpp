@@ -28,6 +28,9 @@ class Painter {
 
   /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
   std::string picture(const ViewRequest& view, const ProgressMonitor& monitor);
+  /// JSON: the point of the set that is seen at the view's place, shape units; null where there is
+  /// none. @throws InputError, Interrupted
+  std::string point(const ViewRequest& view, const ProgressMonitor& monitor);
   /// The map with its knobs turned. @throws InputError
   const Map& turned(const ViewRequest& view);
   /// A map file's JSON of it.

@@ -152,6 +152,13 @@ void read_environment_name(std::string_view text, ViewRequest& view) {
   view.picture.light.environment = text;
 }
 
+void read_place(std::string_view text, ViewRequest& view) {
+  const std::vector<double> v = numbers(text, 2);
+  const auto is_inside = [](double share) { return share >= 0 && share <= 1; };
+  if (!std::ranges::all_of(v, is_inside)) throw InputError("give shares of the sides, 0 to 1");
+  view.at = {v[0], v[1]};
+}
+
 void read_shows(std::string_view text, ViewRequest& view) {
   if (text != "map" && text != "mesh") throw InputError("give map or mesh");
   view.shows_mesh = text == "mesh";
@@ -187,6 +194,9 @@ const Parts& parts() {
          {Changes::studio, [](auto text, auto& view) { view.is_draft = query_flag(text); }}},
         {"steady",
          {Changes::camera, [](auto text, auto& view) { view.is_steady = query_flag(text); }}},
+        {"apart",
+         {Changes::camera, [](auto text, auto& view) { view.is_apart = query_flag(text); }}},
+        {"at", {Changes::camera, read_place}},
         {"size", {Changes::size, read_size}},
         {"samples", {Changes::studio, read_samples}},
         {"shows", {Changes::studio, read_shows}}};

@@ -2,6 +2,7 @@
 /// What a page asks to see, or to have made of what it shows, as it stands in the address of a
 /// request.
 
+#include <Eigen/Core>
 #include <map>
 #include <optional>
 #include <string>
@@ -24,9 +25,12 @@ struct ViewRequest {
   PictureOptions picture;
   bool is_draft = false;
   bool is_steady =
-      false;  ///< the camera is so far away that it sees the whole set at every azimuth
+      false;              ///< the camera is so far away that it sees the whole set at every azimuth
+  bool is_apart = false;  ///< one of many small pictures, after which no light is kept
   bool shows_mesh = false;  ///< that a map is being fitted to, in place of the map
-  std::string knobs_text;   ///< the same for requests with the same knobs
+  /// A place in the picture whose point is asked for: shares of its sides, from the upper left.
+  Eigen::Vector2d at{0.5, 0.5};
+  std::string knobs_text;  ///< the same for requests with the same knobs
   /// It is equal for requests that differ in the camera alone, or in size where they are drafts.
   std::string studio_text;
 };

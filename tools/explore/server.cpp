@@ -347,6 +347,15 @@ struct Server::Impl {
         };
       });
     });
+    http.Get("/point", [this](const auto& request, auto& response) {
+      answer(request, response, Job::Length::picture, [this](const Query& query) -> Work {
+        return [this, view = read_view(query)](Job& job) {
+          ProgressMonitor monitor;
+          monitor.stop = job.stop();
+          return painter.point(view, monitor);
+        };
+      });
+    });
     http.Get("/outline", [this](const auto& request, auto& response) {
       try {
         const MapKnobs knobs = read_view(request.params).knobs;

@@ -10,20 +10,20 @@ const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll(
 const mapWord = () => quoted(root.dataset.map.replace(/^-/, "./-"));
 
 /** The option of the places where the set is cut open, if there are any. */
-function cut() {
-  const places = ["x", "y", "z"].filter((axis) => state["cut" + axis] < 100).map((axis) => `${axis}=${short(state["cut" + axis])}%`);
+function cut(values) {
+  const places = ["x", "y", "z"].filter((axis) => values["cut" + axis] < 100).map((axis) => `${axis}=${short(values["cut" + axis])}%`);
   return places.length > 0 ? [["cut", places]] : [];
 }
 
-const background = () => hasDarkBackdrop() ? [["background", [darkBackground]]] : [];
+const background = (values) => hasDarkBackdrop(values) ? [["background", [darkBackground]]] : [];
 
 const commandOf = (name, output, options) =>
   ["qjulia", name, mapWord(), "-o", output, ...options.flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");
 
 /** The options of the picture, with where the camera stands, which the program would choose otherwise. */
-function pictureOptions(width, height) {
-  const view = viewOf(state, width, height, 1);
-  const rest = changed("picture").filter(([option]) => option !== "look-at" && option !== "distance");
+function pictureOptions(values, width, height) {
+  const view = viewOf(values, width, height, 1);
+  const rest = changed("picture", values).filter(([option]) => option !== "look-at" && option !== "distance");
   return [...rest, ["look-at", toShape(view.middle).map(short)], ["distance", [short(view.distance / frame.scale)]]];
 }
 
@@ -32,7 +32,7 @@ export function renderCommand(width, height, range = null) {
   // A browser draws all of the set, loose pieces too.
   const drawsAll = root.dataset.renderer === "webgl";
   return commandOf("render", "picture.png", [
-    ["size", [`${width}x${height}`]], ...pictureOptions(width, height), ...background(), ...cut().map(([option, places]) => [option, [places.join(",")]]), ...changed("map"),
+    ["size", [`${width}x${height}`]], ...pictureOptions(state, width, height), ...background(state), ...cut(state).map(([option, places]) => [option, [places.join(",")]]), ...changed("map"),
     ...(drawsAll ? [["keep-loose", []]] : []), ...(range ? [["range", [range.map(short).join(",")]]] : []),
   ]);
 }
@@ -46,8 +46,8 @@ export const exploreCommand = () => `qjulia explore ${mapWord()} --open`;
 
 export const surfaceCommand = () => commandOf("surface", "surface.ply", changed("map"));
 
-/** The same as the query of a request to qjulia explore. */
-export function queryOf() {
-  const options = [...pictureOptions(canvas.width, canvas.height), ...background(), ...changed("map"), ...cut()];
+/** A state's picture of this size as the query of a request to qjulia explore. */
+export function queryOf(values = state, width = canvas.width, height = canvas.height) {
+  const options = [...pictureOptions(values, width, height), ...background(values), ...changed("map", values), ...cut(values)];
   return Object.fromEntries(options.map(([name, values]) => [name, values.join(",")]));
 }

@@ -69,15 +69,8 @@ function presetMenu() {
   return line("preset", "Settings that show what the knobs can do", list);
 }
 
-const someAngle = (most) => Math.round(Math.random() * most), someOrder = () => 1 + someAngle(999998);
-export function surprise() {
-  change({ phase1: someAngle(180), phase2: someAngle(180), phase3: someAngle(360) - 180, ...(bears("order-seed") ? { order: someOrder() } : {}) });
-}
-
 const undoButton = button("Undo", "Undo the last change (Ctrl+Z)", undo), redoButton = button("Redo", "Do it again (Ctrl+Shift+Z)", redo);
-byId("actions").append(undoButton, redoButton,
-  button("Surprise me", `A random phase${bears("order-seed") ? " and order of the factors" : ""}: another pattern of grooves on the same shape`, surprise),
-  button("Reset", "All as the map is", () => change({ ...usual })));
+byId("actions").append(undoButton, redoButton, button("Reset", "Sets all as the map is", () => change({ ...usual })));
 updates.push(() => { undoButton.disabled = !canUndo(); redoButton.disabled = !canRedo(); });
 
 /** What sets the settings of a group. */
@@ -86,7 +79,7 @@ const fields = (title) => [...settings.map, ...settings.picture].filter((setting
 
 group("Fractal", presetMenu(), ...fields("Fractal"));
 group("Pattern", ...fields("Pattern"),
-  bears("order-seed") && button("Shuffle", "Another order of the factors", () => change({ order: someOrder() })));
+  bears("order-seed") && button("Shuffle", "Another order of the factors", () => change({ order: 1 + Math.floor(999999 * Math.random()) })));
 group("Shape", ...fields("Shape"));
 if (frame.box) {
   group("Cut open", ...["x", "y", "z"].map((axis) =>

@@ -21,6 +21,13 @@ export function element(name, properties = {}, ...children) {
   return made;
 }
 
+/** An ImageData as an element. */
+export function canvasOf(image) {
+  const made = element("canvas", { width: image.width, height: image.height });
+  made.getContext("2d").putImageData(image, 0, 0);
+  return made;
+}
+
 /** The theme is the browser's, until another is chosen. */
 export function followTheme() {
   root.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";

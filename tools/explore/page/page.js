@@ -3,9 +3,13 @@ import { byId, canvas, fail, followTheme, isDarkTheme, resizeCanvas, root } from
 import { viewOf } from "./camera.js";
 import { renderCommand, surfaceCommand } from "./command.js";
 import { button, note, toggleControls } from "./controls.js";
+import { offerFilm } from "./film.js";
+import { offerHelp } from "./help.js";
 import { frame, toShape } from "./map.js";
+import { offerNine } from "./nine.js";
 import { listen } from "./pointer.js";
 import { askPicture, saveMap, savePicture } from "./save.js";
+import { offerSnapshots, renewSnapshot } from "./snapshots.js";
 import { change, followAddress, hasDarkBackdrop, onChange, state, written } from "./state.js";
 
 const given = new URLSearchParams(location.search);
@@ -16,7 +20,8 @@ const report = (share) => {
   else byId("progress").removeAttribute("value");  // how much is done is not known yet
 };
 
-/** What draws: { draw(options), isCoarse(), mapFile(), rangeNow(), most }: `draw` as picture.js has it; `mapFile` gives { text, name }
+/** What draws: { draw(options), drawSmall(values, width, height, isDark), pointAt(x, y), isCoarse(), mapFile(), rangeNow(), most }:
+ * the first three as picture.js has them; `mapFile` gives { text, name }
  * of a file that is saved and, where its knobs are not turned, the command that turns them; `rangeNow` the material's range,
  * or null where each picture has its own; `most` pixels a side. */
 let renderer = null;
@@ -34,15 +39,21 @@ function fit() {
 
 let isSaving = false, hasFailed = false;
 let drawing = "";  // what is drawn, or being drawn
+let refreshes = 0;
 
 async function refresh(isMoving = false) {
   if (isSaving) return;
   root.dataset.state = "busy";
+  const id = ++refreshes;
   try {
-    if (!await renderer.draw({ samples, isMoving, isDark: hasDarkBackdrop(), report })) return;
+    if (!await renderer.draw({ samples, isMoving, isDark: hasDarkBackdrop(), report })) {
+      if (id === refreshes) drawing = "";  // a small picture has ended it
+      return;
+    }
     if (hasFailed) note("");
     hasFailed = false;
     root.dataset.state = "done";
+    renewSnapshot();
   } catch (error) {
     hasFailed = true;
     fail(error);
@@ -64,6 +75,16 @@ function whereNow() {
   const view = viewOf(state, canvas.width, canvas.height, 1);
   const ratio = canvas.width / canvas.clientWidth;
   return { middle: toShape(view.middle), pixel: view.footprint * ratio / frame.scale };
+}
+
+/** Puts what is seen at a place into the middle. */
+async function lookAt(x, y) {
+  try {
+    const point = await renderer.pointAt(x, y);
+    if (point) change({ look: point });
+  } catch (error) {
+    note(error.message, 8);
+  }
 }
 
 async function copy(text, words = "copied: ") {
@@ -95,6 +116,9 @@ async function savePictureAsAsked() {
   refresh();
 }
 
+offerSnapshots();
+offerFilm();
+offerHelp();
 byId("savers").append(
   button("Copy as command", "The qjulia render line that makes this picture", () => copy(commandNow())),
   button("Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
@@ -117,7 +141,9 @@ export function start(draws) {
   followTheme();
   if (fixed || innerWidth < 640) toggleControls();
   fit();
-  listen(whereNow);
+  const surprise = offerNine((values, ...size) => renderer.drawSmall(values, ...size, hasDarkBackdrop(values)), () => showChange(true));
+  byId("actions").append(button("Surprise me", "Shows nine sets that differ widely; once you have taken one, nine that are like it (S)", surprise));
+  listen({ whereNow, lookAt, surprise });
   followAddress();
   onChange(showChange);
   addEventListener("hashchange", followAddress);

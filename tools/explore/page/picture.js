@@ -4,8 +4,10 @@ import { bind, drawAll, drawn, drawTo, gl, keptTexture, program, use, waits } fr
 import { viewOf } from "./camera.js";
 import { gridOf } from "./grid.js";
 import { marchView, measure } from "./march.js";
+import { toShape } from "./map.js";
 import { look, scene } from "./scene.js";
 import { knobsOf, palettes, state } from "./state.js";
+import { plus } from "./vectors.js";
 
 /** The uniforms of shade.glsl: the colours of clay, and those that traits go through. */
 function paletteOf(name) {
@@ -14,7 +16,8 @@ function paletteOf(name) {
 }
 
 /** The values of the material that divide the palette into equal parts, as the host has found them; null for clay. */
-export const rangeNow = () => scene.ranges[state.material]?.[state.iterations - 1] ?? null;
+const rangeOf = ({ material, iterations }) => scene.ranges[material]?.[iterations - 1] ?? null;
+export const rangeNow = () => rangeOf(state);
 
 const shade = program("shade.glsl"), show = program("show.glsl"), trait = program("trait.glsl");
 
@@ -23,38 +26,76 @@ export const figures = {};
 
 let latest = 0;   // the newest picture that was asked for; older ones stop at their next draw
 let finest = null;  // the last whole march
+let shown = null;   // the march on the canvas
 let isMeasured = false;
-let coarsest = Promise.resolve();  // the first picture that is being drawn
+let coarsest = Promise.resolve();  // the first picture that is being drawn, or a small one
 
 /** What the material shows at each pixel, into a texture. */
-function drawTraits(uniforms, { view, depths }, jitter) {
+function drawTraits(values, uniforms, { view, depths }, jitter) {
   const traits = keptTexture("traits", gl.R32F, view.columns, view.rows);
   bind("depths", gl.TEXTURE_2D, depths);
   drawTo(traits, view.columns, view.rows);
-  use(trait, { ...uniforms, ...view, jitter, width: view.footprint, kind: scene.traits[state.material] });
+  use(trait, { ...uniforms, ...view, jitter, width: view.footprint, kind: scene.traits[values.material] });
   drawAll();
   return traits;
 }
 
-/** Colours of a march into the accumulated picture, of which they are this share; then all of it to the canvas. */
-function paint(uniforms, result, jitter, share, isDark) {
-  const { view, depths } = result, { width, height } = canvas;
-  const traits = state.material === "clay" ? null : drawTraits(uniforms, result, jitter);
-  const picture = keptTexture("picture", gl.RGBA16F, width, height);
+/** Colours of a march into a texture of this name and size, of which they are this share; it is bound to `picture`. */
+function shadeTo(name, [width, height], values, uniforms, result, jitter, share, isDark) {
+  const { view, depths } = result;
+  const traits = values.material === "clay" ? null : drawTraits(values, uniforms, result, jitter);
+  const picture = keptTexture(name, gl.RGBA16F, width, height);
   bind("depths", gl.TEXTURE_2D, depths);
   bind("traits", gl.TEXTURE_2D, traits);
   drawTo(picture, width, height);
   gl.enable(gl.BLEND);
   gl.blendColor(0, 0, 0, share);
   gl.blendFunc(gl.CONSTANT_ALPHA, gl.ONE_MINUS_CONSTANT_ALPHA);
-  use(shade, { ...view, ...paletteOf(state.palette), jitter, trait_range: rangeNow() ?? Array(9).fill(0), has_traits: traits !== null, is_dark: isDark });
+  use(shade, { ...view, ...paletteOf(values.palette), jitter, trait_range: rangeOf(values) ?? Array(9).fill(0), has_traits: traits !== null, is_dark: isDark });
   drawAll();
   gl.disable(gl.BLEND);
   bind("picture", gl.TEXTURE_2D, picture);
-  drawTo(null, width, height);
+}
+
+/** The same into the accumulated picture; then all of it to the canvas. */
+function paint(uniforms, result, jitter, share, isDark) {
+  shadeTo("picture", [canvas.width, canvas.height], state, uniforms, result, jitter, share, isDark);
+  drawTo(null, canvas.width, canvas.height);
   use(show, {});
   drawAll();
-  tellPass(view.divisor);
+  tellPass(result.view.divisor);
+  shown = result;
+}
+
+/** What shaders take of a state's map. @param isMoving a coarse grid will do. */
+async function uniformsOf(values, isMoving) {
+  const wanted = look(knobsOf(scene.phase, values), values.iterations);
+  const cut = ["cutx", "cuty", "cutz"].map((name) => values[name] / 100);
+  const uniforms = { ...wanted.uniforms, ...await gridOf(wanted, isMoving), cut };
+  if (!isMeasured) measure(uniforms);
+  isMeasured = true;
+  return uniforms;
+}
+
+/** A small picture of a state, as ImageData. It ends the picture that is being drawn. */
+export async function drawSmall(values, width, height, isDark) {
+  ++latest;
+  const before = coarsest;
+  const made = (async () => {
+    await before;
+    const uniforms = await uniformsOf(values, true), jitter = [0, 0];
+    const result = await marchView(uniforms, viewOf(values, width, height, 1), "small", jitter, null, () => false);
+    shadeTo("small colours", [width, height], values, uniforms, result, jitter, 1, isDark);
+    drawTo(keptTexture("small", gl.RGBA8, width, height), width, height);
+    use(show, {});
+    drawAll();
+    const bytes = new Uint8Array(4 * width * height), image = new ImageData(width, height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+    for (let y = 0; y < height; ++y) image.data.set(bytes.subarray(4 * width * y, 4 * width * (y + 1)), 4 * width * (height - 1 - y));
+    return image;
+  })();
+  coarsest = made.catch(() => {});
+  return made;
 }
 
 /** Draws the state. Resolves with whether it came to the end: another call ends this one.
@@ -97,11 +138,7 @@ export async function draw(options) {
 
 /** The scene of the state, drawn with an eighth of the pixels a side. */
 async function drawCoarsest(options, start) {
-  const wanted = look(knobsOf(scene.phase), state.iterations);
-  const cut = ["cutx", "cuty", "cutz"].map((name) => state[name] / 100);
-  const uniforms = { ...wanted.uniforms, ...await gridOf(wanted, options.isMoving), cut };
-  if (!isMeasured) measure(uniforms);
-  isMeasured = true;
+  const uniforms = await uniformsOf(state, options.isMoving);
   figures.sceneMs = performance.now() - start;
   waits.longest = 0;
   const size = [canvas.width, canvas.height], camera = { ...state };
@@ -111,6 +148,20 @@ async function drawCoarsest(options, start) {
   await drawn();
   figures.firstMs = performance.now() - start;
   return { uniforms, view, middle };
+}
+
+/** The point of the set that is seen at a place of the canvas, shares of its width and height from the upper left; shape
+ * units; null where there is none. */
+export function pointAt(x, y) {
+  const { view, depths: texture } = shown, [width, height] = view.canvas;
+  if (width !== canvas.width || height !== canvas.height) return null;
+  const at = [x * width, (1 - y) * height].map((v) => Math.floor(v / view.divisor)), found = new Float32Array(4);
+  drawTo(texture, view.columns, view.rows);
+  gl.readPixels(...at, 1, 1, gl.RGBA, gl.FLOAT, found);
+  const [depth, , mode] = found, isDecided = mode >= 3;
+  if (!isDecided || depth < 0) return null;
+  const ray = plus(plus(view.dir, view.dir_dx, at[0] + 0.5), view.dir_dy, at[1] + 0.5);
+  return toShape(plus(view.eye, ray, depth / Math.hypot(...ray)));
 }
 
 /** Depths along the rays of the last whole picture, row by row from the top, -1 where nothing is; and a pixel's

@@ -2,12 +2,16 @@
 import { cameraAxes } from "./camera.js";
 import { canvas } from "./dom.js";
 import { change, redo, settle, state, undo } from "./state.js";
-import { surprise, toggleControls } from "./controls.js";
+import { toggleControls } from "./controls.js";
 import { plus } from "./vectors.js";
 
-/** @param whereNow gives { middle, pixel }: the point in the middle and a pixel's width there, shape units. */
-export function listen(whereNow) {
+const clickMs = 400, doubleMs = 300, stillPixels = 5;  // a press that is a click; until a second one makes a double click
+
+/** @param does `whereNow` gives { middle, pixel }: the point in the middle and a pixel's width there, shape units; `lookAt` is called
+ * with a place that is clicked, shares of the canvas's sides; `surprise` is what the key S does. */
+export function listen({ whereNow, lookAt, surprise }) {
   const fingers = new Map();
+  let press = null, clicked = 0;  // { at, time } of what may become a click; a timer
 
   const turn = (x, y) => change({ azimuth: state.azimuth - 0.4 * x, elevation: state.elevation + 0.4 * y }, false);
   const move = (x, y) => {
@@ -19,11 +23,19 @@ export function listen(whereNow) {
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    clearTimeout(clicked);
+    const isPlain = fingers.size === 1 && event.button === 0 && !event.shiftKey;
+    press = isPlain ? { at: [event.clientX, event.clientY], time: event.timeStamp } : null;
   });
   canvas.addEventListener("pointermove", (event) => {
     const last = fingers.get(event.pointerId);
     if (!last) return;
-    const now = [event.clientX, event.clientY], x = now[0] - last[0], y = now[1] - last[1];
+    const now = [event.clientX, event.clientY];
+    if (press) {
+      if (Math.hypot(now[0] - press.at[0], now[1] - press.at[1]) <= stillPixels) return;  // fingers tremble
+      press = null;
+    }
+    const x = now[0] - last[0], y = now[1] - last[1];
     if (fingers.size === 2) {
       const [other] = [...fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
       const away = (at) => Math.hypot(at[0] - other[0], at[1] - other[1]);
@@ -39,10 +51,18 @@ export function listen(whereNow) {
   const end = (event) => {
     if (fingers.delete(event.pointerId) && fingers.size === 0) change({});
   };
-  canvas.addEventListener("pointerup", end);
+  canvas.addEventListener("pointerup", (event) => {
+    end(event);
+    if (!press || event.timeStamp - press.time > clickMs) return;
+    const { left, top, width, height } = canvas.getBoundingClientRect(), [x, y] = press.at;
+    clicked = setTimeout(() => lookAt((x - left) / width, (y - top) / height), doubleMs);
+  });
   canvas.addEventListener("pointercancel", end);
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  canvas.addEventListener("dblclick", () => change({ look: null, distance: null, zoom: 1 }));
+  canvas.addEventListener("dblclick", () => {
+    clearTimeout(clicked);
+    change({ look: null, distance: null, zoom: 1 });
+  });
 
   let rest = 0;
   canvas.addEventListener("wheel", (event) => {

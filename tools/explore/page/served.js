@@ -70,6 +70,22 @@ async function drawServed(options) {
   return true;
 }
 
+/** A small picture of a state, as ImageData; null where another was asked for in between. */
+async function drawSmallServed(values, width, height) {
+  const bytes = await ask("frame", { ...queryOf(values, width, height), size: `${width}x${height}`, samples: 1, draft: 1, apart: 1 }, { as: "small" });
+  if (!bytes) return null;
+  const drawing = new OffscreenCanvas(width, height).getContext("2d");
+  drawing.drawImage(await createImageBitmap(bytes), 0, 0);
+  return drawing.getImageData(0, 0, width, height);
+}
+
+/** The point of the set that is seen at a place, as pointAt of picture.js has it. */
+async function pointServed(x, y) {
+  const { size } = stages(canvas.width, canvas.height, 1).at(-2);
+  const bytes = await ask("point", { ...queryOf(), size, samples: 1, draft: 1, at: `${x},${y}` }, { as: "point" });
+  return bytes && JSON.parse(await bytes.text());
+}
+
 /** Null where the map was asked for again in between. */
 async function servedMap() {
   const bytes = await ask("map", queryOf());
@@ -77,5 +93,5 @@ async function servedMap() {
 }
 
 offerFiles();
-start({ draw: drawServed, isCoarse: () => false, mapFile: servedMap, rangeNow: () => null, most: 4096 });
+start({ draw: drawServed, drawSmall: drawSmallServed, pointAt: pointServed, isCoarse: () => false, mapFile: servedMap, rangeNow: () => null, most: 4096 });
 Object.assign(globalThis.qjulia, { figures: served, mapFile: servedMap });

@@ -3,8 +3,9 @@
 const token = new URLSearchParams(location.search).get("token");
 const client = [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 
-async function fetched(path, query, options) {
-  const headers = { "X-Qjulia-Token": token, "X-Qjulia-Client": client };
+/** @param options those of fetch, and `as`: who asks, besides the page itself. */
+async function fetched(path, query, { as = "", ...options }) {
+  const headers = { "X-Qjulia-Token": token, "X-Qjulia-Client": client + as };
   const answer = await fetch(`${path}?${new URLSearchParams(query)}`, { ...options, headers }).catch((error) => {
     // So browsers say that nobody listens.
     throw error instanceof TypeError ? new Error("the server has ended; its terminal says why") : error;
@@ -24,8 +25,8 @@ function joined(a, b) {
 
 /** The bytes that the device makes, as a Blob; null where another request came in between.
  * @param report gets how much is done, 0 ... 1, and a text. */
-export async function ask(path, query, { signal, report } = {}) {
-  const reader = (await fetched(path, query, { signal })).body.getReader();
+export async function ask(path, query, { report, ...options } = {}) {
+  const reader = (await fetched(path, query, options)).body.getReader();
   const words = new TextDecoder(), line = "~".charCodeAt(0), parts = [];
   let kind = "", begin = new Uint8Array();
   for (;;) {

@@ -5,7 +5,7 @@ import { factorsAreIn, gl } from "./gl.js";
 import { isCoarse } from "./grid.js";
 import { mapText } from "./map.js";
 import { start } from "./page.js";
-import { depths, draw, figures, rangeNow } from "./picture.js";
+import { depths, draw, drawSmall, figures, pointAt, rangeNow } from "./picture.js";
 import { evaluate } from "./points.js";
 import { mapFileName } from "./save.js";
 import { look, scene } from "./scene.js";
@@ -21,7 +21,7 @@ const mapFile = () => {
   const name = mapFileName();
   return { text: mapText(), name, command: differs(...knobs) ? convertCommand(name) : null };
 };
-start({ draw, isCoarse, mapFile, rangeNow, most: gl.getParameter(gl.MAX_TEXTURE_SIZE) });
+start({ draw, drawSmall, pointAt, isCoarse, mapFile, rangeNow, most: gl.getParameter(gl.MAX_TEXTURE_SIZE) });
 
 const looked = () => look(knobsOf(scene.phase), state.iterations);
 

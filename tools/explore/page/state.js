@@ -28,10 +28,12 @@ export const usual = Object.fromEntries([...controls.map((control) => [control.n
 
 /** The state now. Change it through `change`. */
 export const state = { ...usual };
-export const differs = (...names) => names.some((name) => state[name] !== usual[name]);
+/** Whether any of these differs from the usual. */
+export const differ = (values, ...names) => names.some((name) => values[name] !== usual[name]);
+export const differs = (...names) => differ(state, ...names);
 
 /** Whether what is behind the set is dark. */
-export const hasDarkBackdrop = () => state.backdrop === "dark" || (state.backdrop === backdrops[0] && isDarkTheme());
+export const hasDarkBackdrop = (values = state) => values.backdrop === "dark" || (values.backdrop === backdrops[0] && isDarkTheme());
 
 /** The names of a setting's controls. */
 export const namesOf = (setting) => setting.controls.map((control) => control.name);
@@ -44,24 +46,24 @@ const valueMakers = {
 };
 
 /** The numbers or words that a setting stands at, as an option takes them. */
-const valuesOf = (setting) => (valueMakers[setting.type] ?? ((values) => values))(namesOf(setting).map((name) => state[name]));
+export const valuesOf = (setting, values) => (valueMakers[setting.type] ?? ((list) => list))(namesOf(setting).map((name) => values[name]));
 
 /** Options that differ from the usual, of "map" or "picture": [option, values]. */
-export const changed = (part) => settings[part].filter((setting) => differs(...namesOf(setting)))
-  .map((setting) => [setting.option, valuesOf(setting).map(short)]);
+export const changed = (part, values = state) => settings[part].filter((setting) => differ(values, ...namesOf(setting)))
+  .map((setting) => [setting.option, valuesOf(setting, values).map(short)]);
 
-/** The knobs that the state stands for, as shaders take them. @param ownPhase that of the map's file. */
-export function knobsOf(ownPhase) {
-  const { detail = 1, drift = 0, scale, steepness, slice, phase1, phase2, phase3 } = state;
+/** The knobs that a state stands for, as shaders take them. @param ownPhase that of the map's file. */
+export function knobsOf(ownPhase, values = state) {
+  const { detail = 1, drift = 0, scale, steepness, slice, phase1, phase2, phase3 } = values;
   return { detail, drift, scale, steepness, slice,
-           phase: differs("phase1", "phase2", "phase3") ? phaseOf([phase1, phase2, phase3]) : ownPhase };
+           phase: differ(values, "phase1", "phase2", "phase3") ? phaseOf([phase1, phase2, phase3]) : ownPhase };
 }
 
 const isIn = (name, value) => Number.isFinite(value) && value >= ranges[name][1] && value <= ranges[name][2] &&
                               (!whole.includes(name) || Number.isInteger(value));
 
-/** The states that a text such as "detail=0.03&material=trap" names; what it makes no sense of stays usual. */
-function read(text) {
+/** The state that a text such as "detail=0.03&material=trap" names; what it makes no sense of stays usual. */
+export function read(text) {
   const result = { ...usual };
   for (const [given, value] of new URLSearchParams(text)) {
     const name = given === "tufts" ? "steepness" : given;  // its name in older links

@@ -1,0 +1,23 @@
+// What the browser keeps for this page as long as its tab is open.
+import { root } from "./dom.js";
+
+const place = (name) => `qjulia ${location.pathname} ${root.dataset.map} ${name}`;
+
+/** A list that was kept, or an empty one. */
+export function recalled(name) {
+  try {
+    const list = JSON.parse(sessionStorage.getItem(place(name)));
+    return Array.isArray(list) ? list : [];
+  } catch {
+    return [];
+  }
+}
+
+/** Keeps a list, where the browser does and has room. */
+export function remember(name, list) {
+  try {
+    sessionStorage.setItem(place(name), JSON.stringify(list));
+  } catch {
+    // They are there until the page is left.
+  }
+}
