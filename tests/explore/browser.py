@@ -164,6 +164,18 @@ class Browser:
             self.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=points(step / steps))
         self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
 
+    def drop(self, file, x, y):
+        """A file dragged from outside and dropped."""
+        data = {"items": [], "files": [str(file.resolve())], "dragOperationsMask": 1}
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self.call("Input.dispatchDragEvent", type=kind, x=x, y=y, data=data)
+
+    def choose(self, selector, file):
+        """A file chosen in a field."""
+        root = self.call("DOM.getDocument")["root"]["nodeId"]
+        node = self.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self.call("DOM.setFileInputFiles", nodeId=node, files=[str(file.resolve())])
+
     def tap(self, selector):
         """A finger on the middle of an element."""
         x, y = self.run(f"(() => {{ const b = document.querySelector('{selector}').getBoundingClientRect(); "

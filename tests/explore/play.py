@@ -1,7 +1,9 @@
 #!/usr/bin/python3
-"""What one plays with on both kinds of pages: nine surprises, snapshots, clicked points, keys of a film, and help on phones."""
+"""What one plays with on both kinds of pages: nine surprises, snapshots, clicked points, keys of a film, and help on phones; and
+on pages with a server looks, dropped meshes and grooves of other maps."""
 import math
 import subprocess
+import time
 
 import browser
 from checks import check, check_errors, fit_ball, folder, qjulia, run, run_test
@@ -159,6 +161,59 @@ def check_page(tab, name):
     check_nine(tab)
 
 
+def check_looks(tab):
+    """The looks are a strip of small pictures, which differ, and stay when the page is loaded again."""
+    open_controls(tab)
+    tab.run("document.getElementById('looks').scrollIntoView(); 0")
+    tab.until("[...document.querySelectorAll('#looks img')].every((i) => i.naturalWidth === 96)", 200)
+    names, pictures = tab.run("[[...document.querySelectorAll('#looks span')].map((s) => s.textContent), [...document.querySelectorAll('#looks img')].map((i) => i.src)]")
+    check(len(names) >= 16 and len(set(pictures)) >= len(names) - 1, f"{len(names)} looks, {len(set(pictures))} pictures")  # "none" and one other may be alike
+    tab.run(f"document.querySelectorAll('#looks button')[{names.index('gold')}].click(); 0")
+    tab.wait(200)
+    pressed = tab.run("[...document.querySelectorAll('#looks button[aria-pressed=true]')].map((b) => b.textContent)")
+    check(tab.run("qjulia.state.wears") == "gold" and pressed == ["gold"], f"one is taken: {pressed}")
+    tab.call("Page.reload")
+    tab.rest(1)
+    tab.wait(200)
+    check(tab.run("[...document.querySelectorAll('#looks img')].map((i) => i.src)") == pictures, "they are kept while the tab is open")
+    open_controls(tab)
+    press(tab, "Reset")
+    tab.wait(200)
+
+
+def check_files(tab):
+    """Meshes and maps that are dropped or chosen; what is wrong with others is said, and the page lives on."""
+    run("surface", "ball.qjulia.json", "-o", "bump.stl", "--resolution", 24, "--device", "cpu", "--quiet")
+    (folder / "bad.obj").write_text("v 0 0\nf 1 2 3\n")
+    (folder / "cat.jpg").write_bytes(b"x" * 1000)
+    with open(folder / "huge.obj", "wb") as huge:
+        huge.truncate(2 ** 26 + 1)  # without taking room
+    for name, says in (("bad.obj", "line 1"), ("cat.jpg", "is no mesh"), ("huge.obj", "larger than 64 MiB")):
+        tab.drop(folder / name, 300, 300)
+        tab.until(f"document.getElementById('note').textContent.includes('{says}')", 30)
+        print("       ", tab.run("document.getElementById('note').textContent"))
+    tab.run("qjulia.change({ azimuth: 60 }); 0")
+    tab.wait(200)
+    check(not tab.run("!!document.querySelector('dialog[open]')") and tab.run("document.getElementById('drop').hidden"), "bad drops are told, and the page lives on")
+    begin = time.monotonic()
+    tab.drop(folder / "bump.stl", 300, 300)
+    tab.until("document.title === 'bump.qjulia.json'", 60)
+    seconds = time.monotonic() - begin
+    tab.wait(200)
+    check(tab.run("location.hash") in ("", "#") and tab.run("document.querySelectorAll('#knobs input').length") > 10, f"a mesh that is dropped becomes the page of its set: {seconds:.1f} s")
+    tab.run("qjulia.change({ azimuth: 60 }); 0")
+    tab.wait(200)
+    before = tab.run("document.getElementById('canvas').toDataURL()")
+    tab.choose("input[type=file][accept*=json]", folder / "ball.qjulia.json")
+    tab.until("document.title === 'bump_grooved.qjulia.json'", 60)
+    tab.wait(200)
+    check(tab.run("qjulia.state.azimuth") == 60 and tab.run("document.getElementById('canvas').toDataURL()") != before, "a map that is chosen gives its grooves, and the view stays")
+    open_controls(tab)
+    press(tab, "Back to the first")
+    tab.until("document.title === 'ball.qjulia.json'", 60)
+    tab.wait(200)
+
+
 def check_help(tab):
     """On a phone, what a control does is said where it is touched."""
     tab.be_phone(360, 640)
@@ -191,6 +246,9 @@ def main():
     with Server(qjulia, folder, "ball.qjulia.json") as server, browser.Browser(900, 640) as tab:
         tab.open(server.address + "&size=96x72&samples=0")
         tab.wait(200)
+        open_controls(tab)
+        check_looks(tab)
+        check_files(tab)
         open_controls(tab)
         check_page(tab, "served")
         check_help(tab)

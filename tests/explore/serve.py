@@ -206,6 +206,66 @@ def check_pictures(server):
     check(a == b, "a map with its knobs turned is that of 'convert'")
 
 
+def without_provenance(text):
+    made = json.loads(text)
+    del made["provenance"]
+    return made
+
+
+def check_files():
+    """Meshes and maps that pages send: what is made of them is what 'shape' and 'convert' make; others are refused, and all goes on."""
+    with Server(qjulia, folder, "ball.qjulia.json") as server:
+        def send(path, name, body, **headers):
+            return server.get(f"{path}?name={name}", method="POST", body=body, client="files", **headers)
+
+        own = without_provenance(server.get("/map")[2][1:])
+        run("surface", "ball.qjulia.json", "-o", "bump.obj", "--resolution", 24, "--device", "cpu", "--quiet")
+        run("surface", "ball.qjulia.json", "-o", "bump.glb", "--resolution", 24, "--device", "cpu", "--quiet")
+        for name in ("bump.obj", "bump.glb"):
+            status, _, body = send("/shape", name, (folder / name).read_bytes())
+            run("shape", name, "-o", "bump.qjulia.json", "--device", "cpu", "--quiet")
+            made = without_provenance(server.get("/map")[2][1:])
+            check(status == 200 and body == b"=bump.qjulia.json" and made == without_provenance((folder / "bump.qjulia.json").read_text()),
+                  f"{name} becomes the map of 'shape': {body[:80]}")
+        check(b'data-map="bump.qjulia.json"' in server.get(f"/?token={server.token}")[2], "whose page is then served")
+        run("convert", "bump.qjulia.json", "grooved.qjulia.json", "--versor-from", "ball.qjulia.json", "--device", "cpu", "--quiet")
+        status, _, body = send("/grooves", "ball.qjulia.json", (folder / "ball.qjulia.json").read_bytes())
+        made = without_provenance(server.get("/map")[2][1:])
+        check(body == b"=bump_grooved.qjulia.json" and made == without_provenance((folder / "grooved.qjulia.json").read_text()),
+              f"and gets the grooves that 'convert --versor-from' gives: {body[:80]}")
+        check(send("/first", "", None)[0] == 200 and without_provenance(server.get("/map")[2][1:]) == own, "until the first map is shown again")
+
+        mesh = (folder / "bump.obj").read_bytes()
+        for path, name, body, says in (("/shape", "x.obj", b"v 0 0\nf 1 2 3\n", b"x.obj"), ("/shape", "x.glb", mesh, b"x.glb"),
+                                       ("/shape", "x.glb", os.urandom(5000), b"x.glb"), ("/shape", "x.jpg", mesh, b"x.jpg"),
+                                       ("/shape", "../../../etc/x", mesh, b"x"), ("/grooves", "x.json", b"{}", b"x.json"),
+                                       ("/grooves", "x.qjulia.json", b"[" * 20000, b"x.qjulia.json"), ("/grooves", "x.obj", mesh, b"x.obj"),
+                                       ("/shape", "flat.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", b"")):
+            status, _, body = send(path, name, body)
+            check(status == 200 and body[:1] == b"!" and says in body and b"/tmp" not in body, f"{path} of a bad {name}: {body[:120]}")
+        check(server.status("/shape?name=x.obj", token="0" * 32, method="POST", body=mesh) == 403, "no file without the token")
+        check(server.status("/shape?name=x.obj") == 405 and send("/shape", "x.obj", b"")[0] == 413, "nor by GET, nor none")
+        check(send("/shape", "x.obj", mesh, Origin="http://evil.example")[0] == 403, "nor from another site")
+        check(send("/shape", "x.obj", mesh, Content_Type="multipart/form-data; boundary=x")[0] == 413 and
+              send("/shape", "x.obj", mesh, Content_Encoding="gzip")[0] == 413, "nor packed in another way")
+        head = f"POST /shape?name=x.obj HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\nX-Qjulia-Token: {server.token}\r\nX-Qjulia-Client: c\r\n"
+        for more, what in ((f"Content-Length: {2 ** 26 + 1}\r\n\r\nv", "is too large"),
+                           ("Transfer-Encoding: chunked\r\n\r\n5\r\nv 0 0\r\n0\r\n\r\n", "comes in chunks")):
+            with socket.create_connection(("127.0.0.1", server.port), timeout=20) as connection:
+                connection.sendall((head + more).encode())
+                answer = connection.recv(4096)
+            check(answer.startswith(b"HTTP/1.1 413 "), f"nor one that {what}: {answer[:30]}")
+        server.raw((head + "Content-Length: 500\r\n\r\nv 0 0 0\n").encode())
+        check(server.is_well(), "nor one that is cut off")
+        half = socket.create_connection(("127.0.0.1", server.port))
+        half.sendall((head + "Content-Length: 500\r\n\r\nv 0").encode())
+        time.sleep(0.3)
+        check(send("/shape", "x.obj", mesh)[0] == 503 and server.is_well(), "one at a time is taken, and pictures are drawn meanwhile")
+        half.close()
+        time.sleep(0.3)
+        check(send("/shape", "x.obj", mesh)[2] == b"=x.qjulia.json" and server.is_well(), "and then the next one")
+
+
 def check_backdrop(tab, server):
     """It is dark where the theme is, unless a light one is chosen."""
     for theme, chosen, is_dark in (("dark", "", True), ("dark", "&backdrop=light", False), ("light", "&backdrop=dark", True)):
@@ -320,6 +380,7 @@ def main():
     try:
         check_refusals(server)
         check_pictures(server)
+        check_files()
         check_survival(server)
         check_page(server)
         check_ends(server, lambda: None, "Ctrl-C ends it")

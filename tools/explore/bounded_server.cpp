@@ -14,6 +14,8 @@
 #include <semaphore>
 #include <utility>
 
+#include "base/text.hpp"
+
 namespace qjulia::explore {
 namespace {
 
@@ -23,10 +25,10 @@ using Clock = std::chrono::steady_clock;
 constexpr int kThreads = 128;                      ///< connections that are open at a time
 constexpr int kMostRequests = 100;                 ///< of a connection, one after the other
 constexpr std::size_t kLongestRequest = 32 << 10;  ///< its line and headers
-/// How long a connection may wait before its next request, take to send one, leave an answer
-/// unread, and go on sending what nobody reads.
-constexpr std::chrono::milliseconds kIdleLimit(1000), kReadLimit(2000), kWriteLimit(10000),
-    kDropLimit(500);
+/// How long a connection may wait before its next request, take to send one, and its body, leave an
+/// answer unread, and go on sending what nobody reads.
+constexpr std::chrono::milliseconds kIdleLimit(1000), kReadLimit(2000), kBodyLimit(60000),
+    kWriteLimit(10000), kDropLimit(500);
 /// A peer that acknowledges nothing for so long is gone: a machine that fell asleep sends nothing.
 constexpr unsigned int kSilenceLimit = 20;  // seconds
 
@@ -46,8 +48,16 @@ class RequestStream : public httplib::Stream {
  public:
   explicit RequestStream(int socket) : socket_(socket) {}
 
+  /// After the headers: so many more bytes may be read.
+  void expect_body(std::size_t length) {
+    body_ = length - std::min(length, filled_ - used_);
+    until_ = Clock::now() + kBodyLimit;
+    has_headers_ = true;
+  }
+
   bool is_readable() const override {
-    return used_ < filled_ || (filled_ < bytes_.size() && wait_for(socket_, POLLIN, until_) != 0);
+    const std::size_t room = has_headers_ ? body_ : bytes_.size() - filled_;
+    return used_ < filled_ || (room > 0 && wait_for(socket_, POLLIN, until_) != 0);
   }
   /// Whether the client still waits for the answer and has not gone.
   bool is_writable() const override {
@@ -56,6 +66,7 @@ class RequestStream : public httplib::Stream {
   ssize_t read(char* to, std::size_t size) override {
     if (used_ == filled_) {
       if (!is_readable()) return -1;
+      if (has_headers_) return read_body(to, size);
       const ssize_t count = ::recv(socket_, bytes_.data() + filled_, bytes_.size() - filled_, 0);
       if (count <= 0) return -1;
       filled_ += static_cast<std::size_t>(count);
@@ -74,8 +85,16 @@ class RequestStream : public httplib::Stream {
   socket_t socket() const override { return socket_; }
 
  private:
+  ssize_t read_body(char* to, std::size_t size) {
+    const ssize_t count = ::recv(socket_, to, std::min(size, body_), 0);
+    if (count > 0) body_ -= static_cast<std::size_t>(count);
+    return count > 0 ? count : -1;
+  }
+
   int socket_;
   Clock::time_point until_ = Clock::now() + kReadLimit;
+  bool has_headers_ = false;
+  std::size_t body_ = 0;  // that may still be read
   std::array<char, kLongestRequest> bytes_;
   std::size_t filled_ = 0, used_ = 0;
 };
@@ -130,8 +149,18 @@ bool has_body(const httplib::Request& request) {
           request.get_header_value("Content-Length") != "0");
 }
 
-BoundedServer::BoundedServer(std::function<bool(const httplib::Request&)> keeps)
-    : keeps_(std::move(keeps)) {
+std::optional<std::size_t> plain_body_length(const httplib::Request& request) {
+  for (const char* name : {"Transfer-Encoding", "Content-Encoding"}) {
+    if (request.has_header(name)) return std::nullopt;
+  }
+  // The library would take a form apart.
+  if (request.get_header_value("Content-Type").starts_with("multipart")) return std::nullopt;
+  if (request.get_header_value_count("Content-Length") != 1) return std::nullopt;
+  return base::number_in<std::size_t>(request.get_header_value("Content-Length"));
+}
+
+BoundedServer::BoundedServer(Asks keeps, Asks takes_body)
+    : keeps_(std::move(keeps)), takes_body_(std::move(takes_body)) {
   new_task_queue = [] { return new Threads; };
   set_tcp_nodelay(true);
   // These replace the library's socket options, with which several servers could share a port. A
@@ -170,6 +199,7 @@ bool BoundedServer::serve(Library& library, socket_t socket, bool is_last) {
   RequestStream stream(socket);
   bool is_kept = false, is_closed = false;
   const auto setup = [&](httplib::Request& request) {
+    if (takes_body_(request)) stream.expect_body(plain_body_length(request).value_or(0));
     is_kept = !has_body(request) && keeps_(request);
     if (is_kept) return;
     request.headers.erase("Connection");

@@ -5,17 +5,21 @@
 #undef _res  // a macro of <resolv.h>, and a parameter of Eigen's
 
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace qjulia::explore {
 
 /// The library reads a line of a request, or a body, for as long as somebody sends it. Here a
-/// request ends after so many bytes and so much time; no body is read; and no more connections are
-/// accepted than there are threads to serve them.
+/// request ends after so many bytes and so much time; no body is read that is not expected; and no
+/// more connections are accepted than there are threads to serve them.
 class BoundedServer : public httplib::Server {
  public:
-  /// @param keeps whether the connection of this request may bring another one.
-  explicit BoundedServer(std::function<bool(const httplib::Request&)> keeps);
+  using Asks = std::function<bool(const httplib::Request&)>;
+
+  /// @param keeps whether the connection of this request may bring another one. @param takes_body
+  /// whether the body that this request announces may be read.
+  BoundedServer(Asks keeps, Asks takes_body);
 
   /// Listens. @param port 0: any that is free. @return the port; -1 where it cannot.
   int open(const std::string& host, int port);
@@ -28,10 +32,13 @@ class BoundedServer : public httplib::Server {
   template <class Library>
   bool serve(Library& library, socket_t socket, bool is_last);
 
-  std::function<bool(const httplib::Request&)> keeps_;
+  Asks keeps_, takes_body_;
 };
 
 /// Whether a request announces a body.
 bool has_body(const httplib::Request& request);
+
+/// The length of a body that comes as it is and in one piece; none where there is no such body.
+std::optional<std::size_t> plain_body_length(const httplib::Request& request);
 
 }  // namespace qjulia::explore

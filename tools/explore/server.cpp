@@ -4,7 +4,9 @@
 #include <netdb.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
@@ -16,7 +18,9 @@
 #include <numeric>
 #include <optional>
 #include <random>
+#include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "base/text.hpp"
@@ -25,8 +29,11 @@
 #include "explore/painter.hpp"
 #include "explore/request.hpp"
 #include "explore/turntable.hpp"
+#include "explore/uploaded.hpp"
 #include "explore/worker.hpp"
 #include "qjulia/base/error.hpp"
+#include "qjulia/exact/exact_map.hpp"
+#include "qjulia/morph/versor_transfer.hpp"
 
 namespace qjulia::explore {
 namespace {
@@ -37,8 +44,11 @@ constexpr std::chrono::milliseconds kLastAnswers(1000);  ///< when the server en
 constexpr std::chrono::minutes kPictureLimit(5), kLongLimit(60);
 constexpr std::size_t kLongestName = 64;  ///< a client's
 constexpr const char* kTokenHeader = "X-Qjulia-Token";
-constexpr const char* kStop = "/stop";  ///< what ends a fit
-constexpr const char* kOwn = "";        ///< the client that no page can be
+constexpr const char* kStop = "/stop";        ///< what ends a fit
+constexpr const char* kShape = "/shape";      ///< a mesh comes, whose exact map is shown
+constexpr const char* kGrooves = "/grooves";  ///< a map comes, whose versor is taken
+constexpr const char* kFirst = "/first";      ///< the server's own map is shown again
+constexpr const char* kOwn = "";              ///< the client that no page can be
 
 /// 32 hexadecimal digits that nobody can guess.
 std::string random_token() {
@@ -59,6 +69,24 @@ void refuse(httplib::Response& response, int status, const std::string& text) {
   response.set_content(text + "\n", "text/plain; charset=utf-8");
 }
 
+bool brings_file(const std::string& path) { return path == kShape || path == kGrooves; }
+
+/// The time in which no other file is taken; it ends once, with `end` or with this object.
+class Turn {
+ public:
+  explicit Turn(std::atomic<bool>& is_taking) : is_taking_(is_taking) {}
+  ~Turn() { end(); }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  void end() {
+    if (!has_ended_.exchange(true)) is_taking_ = false;
+  }
+
+ private:
+  std::atomic<bool>& is_taking_;
+  std::atomic<bool> has_ended_{false};
+};
+
 /// A socket's address.
 struct Address {
   sockaddr_storage bytes{};
@@ -66,6 +94,13 @@ struct Address {
 
   sockaddr* get() { return reinterpret_cast<sockaddr*>(&bytes); }
 };
+
+/// bunny.qjulia.json becomes bunny_grooved.qjulia.json, and stays.
+std::string grooved_name(const std::string& file) {
+  constexpr std::string_view kMark = "_grooved";
+  const std::string name = file.substr(0, std::min(file.rfind(".qjulia"), file.rfind('.')));
+  return fmt::format("{}{}.qjulia.json", name, name.ends_with(kMark) ? "" : kMark);
+}
 
 /// The host as browsers name it: addresses in their shortest form, names in lower case.
 std::string usual_form(const std::string& host) {
@@ -126,9 +161,9 @@ struct Server::Impl {
        const ServerOptions& options)
       : host(usual_form(options.host)),
         name(host.find(':') == std::string::npos ? host : "[" + host + "]"),
-        file(named),
         task(std::move(fit_task)),
         make_file(options.make_file),
+        file(named),
         painter(device, task ? &task->mesh : nullptr, options.keep_loose) {
     route();
     const std::string address = address_to_listen_on(host);
@@ -145,8 +180,8 @@ struct Server::Impl {
         fmt::format("'{}' is no address of this machine; give one, such as 127.0.0.1", host));
   }
 
-  /// From now on the page is the map's.
-  void show(const Map& map) {
+  /// From now on the page is the map's. @param named the name of its file.
+  void show(const Map& map, const std::string& named) {
     painter.show(map);
     std::vector<Eigen::Vector3d> outline = box_outline(map);
     try {
@@ -155,6 +190,7 @@ struct Server::Impl {
       // The page's first picture says what is wrong.
     }
     const std::lock_guard lock(mutex);
+    file = named;
     page = served_page(map, file, outline);
     turned = [map, outline](const Rotation& rotation) {
       return outline_json(turned_outline(map, outline, rotation));
@@ -206,7 +242,8 @@ struct Server::Impl {
     };
     FitResult result = fit(painter.device(), task->mesh, options, monitor);
     if (task->on_end) task->on_end(result);
-    show(result.map);
+    first = {result.map, current_file()};
+    show(first->first, first->second);
     const std::lock_guard lock(mutex);
     is_fitted = true;
   }
@@ -258,17 +295,33 @@ struct Server::Impl {
     if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + named) {
       return refused(403, "requests of other sites are refused");
     }
-    const bool is_posted = request.path == kStop;
+    const bool is_posted =
+        request.path == kStop || request.path == kFirst || brings_file(request.path);
     if (request.method != (is_posted ? "POST" : "GET")) {
       return refused(405, is_posted ? "use POST" : "use GET");
     }
     // A request may name a thousand ranges, and each would be answered with the whole page.
     if (!request.ranges.empty()) return refused(416, "answers are whole; ask without a range");
-    if (has_body(request)) return refused(413, "no request has a body");
+    if (has_body(request) && !brings_file(request.path)) {
+      return refused(413, "this request has no body");
+    }
+    if (brings_file(request.path) && !has_short_body(request)) {
+      return refused(413, "send one file of at most 64 MiB as it is");
+    }
     if (!has_token(request)) {
       return refused(403, "open the address that 'qjulia explore' printed: it has the token");
     }
     return true;
+  }
+
+  static bool has_short_body(const httplib::Request& request) {
+    const auto length = plain_body_length(request);
+    return length && *length > 0 && *length <= Upload::kMostBytes;
+  }
+
+  bool takes_body(const httplib::Request& request) const {
+    return request.method == "POST" && brings_file(request.path) && has_short_body(request) &&
+           has_token(request);
   }
 
   bool has_token(const httplib::Request& request) const {
@@ -325,7 +378,71 @@ struct Server::Impl {
         [job](bool) { job->cancel(); });
   }
 
+  /// Has the worker make a map of what a request brings, and show it.
+  /// @param made the map, and the name of its file.
+  void answer_file(const httplib::Request& request, httplib::Response& response,
+                   const httplib::ContentReader& content,
+                   const std::function<std::pair<Map, std::string>(const Upload&,
+                                                                   const ProgressMonitor&)>& made) {
+    // One at a time, until its map is shown.
+    if (is_taking.exchange(true)) return refuse(response, 503, "another file is being read");
+    const auto turn = std::make_shared<Turn>(is_taking);
+    Upload upload{harmless_name(request.get_param_value("name")), {}};
+    const bool is_whole = content([&](const char* bytes, std::size_t count) {
+      upload.bytes.append(bytes, count);
+      return upload.bytes.size() <= Upload::kMostBytes;
+    });
+    if (!is_whole) return refuse(response, 400, "the file did not come whole");
+    answer(request, response, Job::Length::long_job, [&](const Query& /*query*/) -> Work {
+      return [this, turn, made, upload = std::move(upload)](Job& job) {
+        // Before the page hears of it.
+        const std::shared_ptr<void> ending(nullptr, [&](void*) { turn->end(); });
+        ProgressMonitor monitor;
+        monitor.stop = job.stop();
+        monitor.on_progress = [&](const Progress& progress) { job.report(progress); };
+        const auto [map, named] = made(upload, monitor);
+        show(map, named);
+        return named;
+      };
+    });
+  }
+
+  void route_files() {
+    http.Post(kShape, [this](const auto& request, auto& response, const auto& content) {
+      answer_file(
+          request, response, content, [this](const Upload& upload, const ProgressMonitor& monitor) {
+            const TriangleMesh mesh = uploaded_mesh(upload, monitor.stop);
+            const std::string stem = upload.name.substr(0, upload.name.rfind('.'));
+            return std::pair(exact_map(painter.device(), mesh, {}, monitor), stem + ".qjulia.json");
+          });
+    });
+    http.Post(kGrooves, [this](const auto& request, auto& response, const auto& content) {
+      answer_file(
+          request, response, content, [this](const Upload& upload, const ProgressMonitor& monitor) {
+            const Map grooves = uploaded_map(upload, monitor.stop);
+            return std::pair(
+                with_versor_of(painter.device(), painter.map(), grooves, kTransferCells, monitor),
+                grooved_name(current_file()));
+          });
+    });
+    // This kind of handler gets a reader of the body, and reads nothing.
+    http.Post(kFirst, [this](const auto& request, auto& response, const httplib::ContentReader&) {
+      answer(request, response, Job::Length::long_job, [this](const Query& /*query*/) -> Work {
+        return [this](Job& /*job*/) {
+          if (first) show(first->first, first->second);
+          return std::string();
+        };
+      });
+    });
+  }
+
+  std::string current_file() {
+    const std::lock_guard lock(mutex);
+    return file;
+  }
+
   void route() {
+    route_files();
     http.set_pre_routing_handler([this](const auto& request, auto& response) {
       return admits(request, response) ? httplib::Server::HandlerResponse::Unhandled
                                        : httplib::Server::HandlerResponse::Handled;
@@ -390,7 +507,7 @@ struct Server::Impl {
           const Device device = painter.device().sibling();
           return wanted.is_turntable
                      ? turntable(device, painter.turned(wanted.view), wanted, monitor)
-                     : make_file(device, painter.map(), wanted, monitor);
+                     : make_file(device, painter.map(), current_file(), wanted, monitor);
         };
       });
     });
@@ -407,14 +524,17 @@ struct Server::Impl {
 
   std::string host;
   std::string name;  // the host's, in addresses
-  std::string file;
   int port = 0;
   std::string token = random_token();
   std::optional<FitTask> task;
   FileMaker make_file;
   std::stop_source fit_stop;  // keeps what was reached
   std::shared_ptr<Job> fit_job;
+  std::atomic<bool> is_taking{false};  // a file from a page
+  std::optional<std::pair<Map, std::string>>
+      first;         // the server's own map and its file; the worker's
   std::mutex mutex;  // guards the members below
+  std::string file;  // the map's
   std::string page;
   std::function<std::string(const Rotation&)> turned;  ///< the page's outline; none before a map
   std::exception_ptr failed;                           // the fit
@@ -425,14 +545,16 @@ struct Server::Impl {
   std::condition_variable_any changed;
   Painter painter;  // the worker's
   Worker worker;
-  BoundedServer http{[this](const auto& request) { return has_token(request); }};
+  BoundedServer http{[this](const auto& request) { return has_token(request); },
+                     [this](const auto& request) { return takes_body(request); }};
 };
 
 Server::Server(const Device& device, const Map& map, const std::string& file,
                const ServerOptions& options) {
   options.validate();
   impl_ = std::make_unique<Impl>(device, std::nullopt, file, options);
-  impl_->show(map);
+  impl_->first = {map, file};
+  impl_->show(map, file);
 }
 
 Server::Server(const Device& device, FitTask fit, const std::string& file,

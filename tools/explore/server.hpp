@@ -14,11 +14,11 @@
 
 namespace qjulia::explore {
 
-/// Makes a file of the map that a page shows. @return its bytes. @param monitor gets, at last, what
-/// the file holds.
+/// Makes a file of the map that a page shows. @return its bytes. @param file the name of the map's
+/// file. @param monitor gets, at last, what the file holds.
 using FileMaker =
-    std::function<std::string(const Device& device, const Map& map, const MakeRequest& wanted,
-                              const ProgressMonitor& monitor)>;
+    std::function<std::string(const Device& device, const Map& map, const std::string& file,
+                              const MakeRequest& wanted, const ProgressMonitor& monitor)>;
 
 struct ServerOptions {
   std::string host = "127.0.0.1";  ///< the address to listen on, by which browsers ask for it
@@ -39,7 +39,8 @@ struct FitTask {
 
 /// Serves the page of one map. Every request needs the token that stands in the page's address,
 /// names this server as its host, and comes from no other site. No file of the user's is read or
-/// written for a request.
+/// written for a request; a page may send one mesh or map at a time, which then takes the place of
+/// what all pages show.
 class Server {
  public:
   /// Listens. @param file the name of the map's file. @throws OptionError where it cannot listen

@@ -1,7 +1,9 @@
 // The page of `qjulia explore`: the server's device draws, a picture a request, from coarse to fine.
 import { canvas, tellPass } from "./dom.js";
 import { queryOf } from "./command.js";
+import { offerLooks } from "./looks.js";
 import { offerFiles } from "./make.js";
+import { offerOthers } from "./others.js";
 import { start } from "./page.js";
 import { mapFileName } from "./save.js";
 import { ask, asked_json } from "./server.js";
@@ -70,9 +72,9 @@ async function drawServed(options) {
   return true;
 }
 
-/** A small picture of a state, as ImageData; null where another was asked for in between. */
-async function drawSmallServed(values, width, height) {
-  const bytes = await ask("frame", { ...queryOf(values, width, height), size: `${width}x${height}`, samples: 1, draft: 1, apart: 1 }, { as: "small" });
+/** A small picture of a state, as ImageData; null where another was asked for in between. @param as for what. */
+async function drawSmallServed(values, width, height, as = "small") {
+  const bytes = await ask("frame", { ...queryOf(values, width, height), size: `${width}x${height}`, samples: 1, draft: 1, apart: 1 }, { as });
   if (!bytes) return null;
   const drawing = new OffscreenCanvas(width, height).getContext("2d");
   drawing.drawImage(await createImageBitmap(bytes), 0, 0);
@@ -92,6 +94,8 @@ async function servedMap() {
   return bytes && { text: await bytes.text(), name: mapFileName("_turned") };
 }
 
+offerLooks((values, ...size) => drawSmallServed(values, ...size, "looks"));
+offerOthers();
 offerFiles();
-start({ draw: drawServed, drawSmall: drawSmallServed, pointAt: pointServed, isCoarse: () => false, mapFile: servedMap, rangeNow: () => null, most: 4096 });
+start({ draw: drawServed, drawSmall: (values, width, height) => drawSmallServed(values, width, height), pointAt: pointServed, isCoarse: () => false, mapFile: servedMap, rangeNow: () => null, most: 4096 });
 Object.assign(globalThis.qjulia, { figures: served, mapFile: servedMap });

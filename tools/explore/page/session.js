@@ -1,7 +1,10 @@
 // What the browser keeps for this page as long as its tab is open.
 import { root } from "./dom.js";
+import { mapText } from "./map.js";
 
-const place = (name) => `qjulia ${location.pathname} ${root.dataset.map} ${name}`;
+/** A number that differs from map to map. */
+const mark = [...mapText()].reduce((sum, c) => (31 * sum + c.charCodeAt(0)) | 0, 0);
+const place = (name) => `qjulia ${location.pathname} ${root.dataset.map} ${mark} ${name}`;
 
 /** A list that was kept, or an empty one. */
 export function recalled(name) {
