@@ -464,7 +464,7 @@ def main():
             (folder / name).write_text(pathlib.Path(sys.argv[4]).read_text())
             address = share(name)
             size = os.path.getsize(folder / (name + ".html"))
-            check(size <= 180 * 1024, f"the page has {size} bytes")
+            check(size <= 200 * 1024, f"the page has {size} bytes")
             for settings in ("", "iterations=1&material=trap", "phase1=60&phase2=40&phase3=20&azimuth=120", "drift=0.6",
                              "slice=0.2&steepness=4&elevation=40&cutz=60", "scale=1.1&detail=0.01"):
                 compare(tab, address, name, settings, sys.argv[5])

@@ -32,8 +32,9 @@ export const state = { ...usual };
 export const differ = (values, ...names) => names.some((name) => values[name] !== usual[name]);
 export const differs = (...names) => differ(state, ...names);
 
-/** Whether what is behind the set is dark. */
-export const hasDarkBackdrop = (values = state) => values.backdrop === "dark" || (values.backdrop === backdrops[0] && isDarkTheme());
+/** Whether what is behind the set is dark. What a look says of it holds where nothing else is chosen. */
+export const hasDarkBackdrop = (values = state) => values.backdrop === "dark" ||
+  (values.backdrop === backdrops[0] && values.wears === usual.wears && isDarkTheme());
 
 /** The names of a setting's controls. */
 export const namesOf = (setting) => setting.controls.map((control) => control.name);
