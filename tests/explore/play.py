@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """What one plays with on both kinds of pages: nine surprises, snapshots, clicked points, keys of a film, and help on phones; and
 on pages with a server looks, dropped meshes and grooves of other maps."""
+import json
 import math
 import subprocess
 import time
@@ -201,6 +202,17 @@ def check_files(tab):
     seconds = time.monotonic() - begin
     tab.wait(200)
     check(tab.run("location.hash") in ("", "#") and tab.run("document.querySelectorAll('#knobs input').length") > 10, f"a mesh that is dropped becomes the page of its set: {seconds:.1f} s")
+    open_controls(tab)
+    press(tab, "Fit to its mesh")
+    tab.until("!!document.querySelector('#stop:enabled')", 200)
+    tab.run("document.getElementById('stop').click(); 0")
+    tab.until("!!globalThis.qjulia && document.title === 'bump.qjulia.json'", 200)
+    tab.wait(200)
+    kind = json.loads(tab.run("document.getElementById('qjulia-map').textContent"))["kind"]
+    check(kind == "rational", f"on request a map of factors is fitted to it: {kind}")
+    tab.drop(folder / "bump.stl", 300, 300)
+    tab.rest(1)
+    tab.until("!!globalThis.qjulia && !document.querySelector('dialog[open]')", 60)
     tab.run("qjulia.change({ azimuth: 60 }); 0")
     tab.wait(200)
     before = tab.run("document.getElementById('canvas').toDataURL()")
@@ -209,6 +221,8 @@ def check_files(tab):
     tab.wait(200)
     check(tab.run("qjulia.state.azimuth") == 60 and tab.run("document.getElementById('canvas').toDataURL()") != before, "a map that is chosen gives its grooves, and the view stays")
     open_controls(tab)
+    press(tab, "Fit to its mesh")
+    tab.until("document.getElementById('note').textContent.includes('drop one')", 30)
     press(tab, "Back to the first")
     tab.until("document.title === 'ball.qjulia.json'", 60)
     tab.wait(200)

@@ -29,6 +29,17 @@ TEST_CASE("what is to be made is read with the knobs") {
   CHECK(turntable.view.picture.width == 64);
 }
 
+TEST_CASE("places in a picture are shares of its sides") {
+  const auto at = [](const std::string& text) { return explore::read_view({{"at", text}}).at; };
+  CHECK(at("0.25,1") == Eigen::Vector2d(0.25, 1));
+  for (const char* text : {"1.1,0", "0,-0.1", "0.5", "0.5,0.5,0.5", "nan,0", "x"}) {
+    CAPTURE(text);
+    CHECK_THROWS_AS(at(text), InputError);
+  }
+  CHECK(explore::read_view({{"apart", "1"}}).is_apart);
+  CHECK_THROWS_AS(explore::read_view({{"apart", "2"}}), InputError);
+}
+
 TEST_CASE("drafts of all sizes have one studio, whole pictures one a size") {
   const auto text = [](const std::string& size, const std::string& azimuth, bool is_draft) {
     explore::Query query{{"size", size}, {"azimuth", azimuth}, {"detail", "0.03"}};

@@ -21,6 +21,11 @@ void Painter::show(Map map) {
   studios_.remove_if([](const Kept& kept) { return !kept.is_of_mesh; });
 }
 
+void Painter::show_mesh(const TriangleMesh* mesh) {
+  studios_.remove_if([](const Kept& kept) { return kept.is_of_mesh; });
+  mesh_ = mesh;
+}
+
 const Map& Painter::turned(const ViewRequest& view) {
   if (turned_text_ == view.knobs_text) return turned_;
   turned_text_ = "none";

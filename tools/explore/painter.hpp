@@ -25,6 +25,8 @@ class Painter {
   const Map& map() const { return map_; }
   /// From now on pictures are of this map.
   void show(Map map);
+  /// From now on a view of the mesh shows this one, which must stay.
+  void show_mesh(const TriangleMesh* mesh);
 
   /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
   std::string picture(const ViewRequest& view, const ProgressMonitor& monitor);

@@ -48,6 +48,7 @@ constexpr const char* kStop = "/stop";        ///< what ends a fit
 constexpr const char* kShape = "/shape";      ///< a mesh comes, whose exact map is shown
 constexpr const char* kGrooves = "/grooves";  ///< a map comes, whose versor is taken
 constexpr const char* kFirst = "/first";      ///< the server's own map is shown again
+constexpr const char* kRefit = "/refit";      ///< a map is fitted to the mesh that came last
 constexpr const char* kOwn = "";              ///< the client that no page can be
 
 /// 32 hexadecimal digits that nobody can guess.
@@ -180,8 +181,10 @@ struct Server::Impl {
         fmt::format("'{}' is no address of this machine; give one, such as 127.0.0.1", host));
   }
 
-  /// From now on the page is the map's. @param named the name of its file.
-  void show(const Map& map, const std::string& named) {
+  /// From now on the page is the map's. @param named the name of its file. @param mesh that a page
+  /// has brought, if the map is of one.
+  void show(const Map& map, const std::string& named,
+            std::shared_ptr<const TriangleMesh> mesh = nullptr) {
     painter.show(map);
     std::vector<Eigen::Vector3d> outline = box_outline(map);
     try {
@@ -191,17 +194,22 @@ struct Server::Impl {
     }
     const std::lock_guard lock(mutex);
     file = named;
+    brought = std::move(mesh);
     page = served_page(map, file, outline);
     turned = [map, outline](const Rotation& rotation) {
       return outline_json(turned_outline(map, outline, rotation));
     };
   }
 
+  /// The fit with which the server begins, and with which it ends where that fails.
   void begin_fit() {
     page = fitting_page(file);
+    awaits_fit = fit_runs = true;
     fit_job = worker.ask(kOwn, Job::Length::long_job, [this](Job& /*job*/) {
       try {
-        run_fit();
+        first = {run_fit(), current_file()};
+        const std::lock_guard lock(mutex);
+        awaits_fit = false;
       } catch (...) {
         const std::lock_guard lock(mutex);
         failed = std::current_exception();
@@ -211,8 +219,54 @@ struct Server::Impl {
     });
   }
 
-  /// The worker's work, in which pictures come between.
-  void run_fit() {
+  /// A fit that a page asks for. Where it fails, pages show what they showed before.
+  /// @return what is wrong; empty: it begins.
+  std::string begin_refit() {
+    const std::lock_guard lock(mutex);
+    if (fit_runs) return "a fit runs already";
+    if (!brought) return "there is no mesh to fit to: drop one on the page first";
+    const auto job = worker.ask(kOwn, Job::Length::long_job,
+                                [this, before = page, mesh = brought](Job& /*job*/) {
+                                  refit(*mesh, before);
+                                  return std::string();
+                                });
+    if (!job) return "too many pages are waiting, or the server is shutting down";
+    fit_job = job;
+    page = fitting_page(file);
+    fit_runs = true;
+    is_fitted = false;
+    fit_problem.clear();
+    fit_progress = {};
+    stages = nlohmann::json::array();
+    energies = {{}};
+    fit_stop = {};
+    return {};
+  }
+
+  /// The worker's work. @param before the page.
+  void refit(const TriangleMesh& mesh, const std::string& before) {
+    painter.show_mesh(nullptr);
+    task = FitTask{mesh};
+    painter.show_mesh(&task->mesh);
+    const Map shown = painter.map();
+    try {
+      run_fit();
+    } catch (const std::exception& error) {
+      painter.show(shown);
+      const std::lock_guard lock(mutex);
+      page = before;
+      fit_problem = error.what();
+      fit_runs = false;
+    }
+  }
+
+  void stop_fit() {
+    const std::lock_guard lock(mutex);
+    fit_stop.request_stop();
+  }
+
+  /// The worker's work, in which pictures come between. @return the map.
+  Map run_fit() {
     const auto keep = [this](const auto& change) {
       {
         const std::lock_guard lock(mutex);
@@ -221,7 +275,10 @@ struct Server::Impl {
       worker.draw_waiting();
     };
     ProgressMonitor monitor;
-    monitor.stop = fit_stop.get_token();
+    monitor.stop = [&] {
+      const std::lock_guard lock(mutex);
+      return fit_stop.get_token();
+    }();
     monitor.on_progress = [&](const Progress& progress) {
       if (task->on_progress) task->on_progress(progress);
       keep([&] { fit_progress = progress; });
@@ -242,16 +299,21 @@ struct Server::Impl {
     };
     FitResult result = fit(painter.device(), task->mesh, options, monitor);
     if (task->on_end) task->on_end(result);
-    first = {result.map, current_file()};
-    show(first->first, first->second);
+    show(result.map, current_file());
     const std::lock_guard lock(mutex);
     is_fitted = true;
+    fit_runs = false;
+    return result.map;
   }
 
   /// How the fit stands, for its page.
   std::string fit_json() {
     const std::lock_guard lock(mutex);
-    return nlohmann::json{{"state", is_fitted ? "done" : "runs"},
+    const bool has_failed = !fit_problem.empty();
+    return nlohmann::json{{"state", is_fitted    ? "done"
+                                    : has_failed ? "failed"
+                                                 : "runs"},
+                          {"problem", fit_problem},
                           {"activity", fit_progress.activity},
                           {"detail", fit_progress.detail},
                           {"fraction", fit_progress.fraction},
@@ -263,9 +325,13 @@ struct Server::Impl {
 
   /// Ends the fit with what it has reached, and draws no more pictures.
   void end_work() {
-    fit_stop.request_stop();
+    stop_fit();
     worker.end();
-    while (fit_job && fit_job->wait(1s) == Job::End::waits) continue;
+    const auto last_fit = [&] {
+      const std::lock_guard lock(mutex);
+      return fit_job;
+    }();
+    while (last_fit && last_fit->wait(1s) == Job::End::waits) continue;
   }
 
   /// Whether a request's Host means this server; browsers leave out the usual port.
@@ -295,8 +361,8 @@ struct Server::Impl {
     if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + named) {
       return refused(403, "requests of other sites are refused");
     }
-    const bool is_posted =
-        request.path == kStop || request.path == kFirst || brings_file(request.path);
+    constexpr std::array<std::string_view, 5> kPosted{kStop, kFirst, kRefit, kShape, kGrooves};
+    const bool is_posted = std::ranges::count(kPosted, request.path) > 0;
     if (request.method != (is_posted ? "POST" : "GET")) {
       return refused(405, is_posted ? "use POST" : "use GET");
     }
@@ -379,11 +445,10 @@ struct Server::Impl {
   }
 
   /// Has the worker make a map of what a request brings, and show it.
-  /// @param made the map, and the name of its file.
-  void answer_file(const httplib::Request& request, httplib::Response& response,
-                   const httplib::ContentReader& content,
-                   const std::function<std::pair<Map, std::string>(const Upload&,
-                                                                   const ProgressMonitor&)>& made) {
+  void answer_file(
+      const httplib::Request& request, httplib::Response& response,
+      const httplib::ContentReader& content,
+      const std::function<void(const Upload&, const ProgressMonitor&)>& show_what_it_brings) {
     // One at a time, until its map is shown.
     if (is_taking.exchange(true)) return refuse(response, 503, "another file is being read");
     const auto turn = std::make_shared<Turn>(is_taking);
@@ -394,15 +459,14 @@ struct Server::Impl {
     });
     if (!is_whole) return refuse(response, 400, "the file did not come whole");
     answer(request, response, Job::Length::long_job, [&](const Query& /*query*/) -> Work {
-      return [this, turn, made, upload = std::move(upload)](Job& job) {
+      return [this, turn, show_what_it_brings, upload = std::move(upload)](Job& job) {
         // Before the page hears of it.
         const std::shared_ptr<void> ending(nullptr, [&](void*) { turn->end(); });
         ProgressMonitor monitor;
         monitor.stop = job.stop();
         monitor.on_progress = [&](const Progress& progress) { job.report(progress); };
-        const auto [map, named] = made(upload, monitor);
-        show(map, named);
-        return named;
+        show_what_it_brings(upload, monitor);
+        return current_file();
       };
     });
   }
@@ -411,18 +475,18 @@ struct Server::Impl {
     http.Post(kShape, [this](const auto& request, auto& response, const auto& content) {
       answer_file(
           request, response, content, [this](const Upload& upload, const ProgressMonitor& monitor) {
-            const TriangleMesh mesh = uploaded_mesh(upload, monitor.stop);
+            const auto mesh =
+                std::make_shared<const TriangleMesh>(uploaded_mesh(upload, monitor.stop));
             const std::string stem = upload.name.substr(0, upload.name.rfind('.'));
-            return std::pair(exact_map(painter.device(), mesh, {}, monitor), stem + ".qjulia.json");
+            show(exact_map(painter.device(), *mesh, {}, monitor), stem + ".qjulia.json", mesh);
           });
     });
     http.Post(kGrooves, [this](const auto& request, auto& response, const auto& content) {
       answer_file(
           request, response, content, [this](const Upload& upload, const ProgressMonitor& monitor) {
             const Map grooves = uploaded_map(upload, monitor.stop);
-            return std::pair(
-                with_versor_of(painter.device(), painter.map(), grooves, kTransferCells, monitor),
-                grooved_name(current_file()));
+            show(with_versor_of(painter.device(), painter.map(), grooves, kTransferCells, monitor),
+                 grooved_name(current_file()));
           });
     });
     // This kind of handler gets a reader of the body, and reads nothing.
@@ -511,14 +575,20 @@ struct Server::Impl {
         };
       });
     });
-    if (!task) return;
+    route_fits();
+  }
+
+  void route_fits() {
     http.Get("/fit", [this](const auto&, auto& response) {
       response.set_content(fit_json(), "application/json");
     });
     // This kind of handler gets a reader of the body, and reads nothing.
     http.Post(kStop, [this](const auto&, auto& response, const httplib::ContentReader&) {
-      fit_stop.request_stop();
+      stop_fit();
       response.set_content("{}", "application/json");
+    });
+    http.Post(kRefit, [this](const auto&, auto& response, const httplib::ContentReader&) {
+      response.set_content(nlohmann::json{{"problem", begin_refit()}}.dump(), "application/json");
     });
   }
 
@@ -528,14 +598,18 @@ struct Server::Impl {
   std::string token = random_token();
   std::optional<FitTask> task;
   FileMaker make_file;
-  std::stop_source fit_stop;  // keeps what was reached
-  std::shared_ptr<Job> fit_job;
   std::atomic<bool> is_taking{false};  // a file from a page
   std::optional<std::pair<Map, std::string>>
       first;         // the server's own map and its file; the worker's
   std::mutex mutex;  // guards the members below
   std::string file;  // the map's
   std::string page;
+  std::stop_source fit_stop;  // keeps what was reached
+  std::shared_ptr<Job> fit_job;
+  std::shared_ptr<const TriangleMesh> brought;  // by a page, and its exact map is shown
+  bool awaits_fit = false;                      // that with which the server begins
+  bool fit_runs = false;
+  std::string fit_problem;
   std::function<std::string(const Rotation&)> turned;  ///< the page's outline; none before a map
   std::exception_ptr failed;                           // the fit
   bool is_fitted = false;
@@ -581,7 +655,7 @@ bool Server::run(const std::stop_token& stop) {
   std::unique_lock lock(impl_->mutex);
   const auto ended = [&] { return has_ended; };
   impl_->changed.wait(lock, stop, [&] { return has_ended || impl_->failed; });
-  const bool cuts_fit = impl_->fit_job && !impl_->is_fitted && !impl_->failed;
+  const bool cuts_fit = impl_->awaits_fit && !impl_->failed;
   lock.unlock();
   impl_->end_work();
   lock.lock();
@@ -594,7 +668,7 @@ bool Server::run(const std::stop_token& stop) {
     hang_up(impl_->port);
   }
   if (impl_->failed) std::rethrow_exception(impl_->failed);
-  if (cuts_fit && !impl_->is_fitted) throw Interrupted();
+  if (cuts_fit && impl_->awaits_fit) throw Interrupted();
   return cuts_fit;
 }
 

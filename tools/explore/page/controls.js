@@ -66,10 +66,10 @@ function presetMenu() {
     change({ ...usual, ...camera, ...presets[list.value] });
     list.value = "";
   });
-  return line("preset", "Settings that show what the knobs can do", list);
+  return line("preset", "Sets what shows best what the knobs can do", list);
 }
 
-const undoButton = button("Undo", "Undo the last change (Ctrl+Z)", undo), redoButton = button("Redo", "Do it again (Ctrl+Shift+Z)", redo);
+const undoButton = button("Undo", "Takes back the last change (Ctrl+Z)", undo), redoButton = button("Redo", "Does again what was taken back (Ctrl+Shift+Z)", redo);
 byId("actions").append(undoButton, redoButton, button("Reset", "Sets all as the map is", () => change({ ...usual })));
 updates.push(() => { undoButton.disabled = !canUndo(); redoButton.disabled = !canRedo(); });
 
@@ -79,13 +79,13 @@ const fields = (title) => [...settings.map, ...settings.picture].filter((setting
 
 group("Fractal", presetMenu(), ...fields("Fractal"));
 group("Pattern", ...fields("Pattern"),
-  bears("order-seed") && button("Shuffle", "Another order of the factors", () => change({ order: 1 + Math.floor(999999 * Math.random()) })));
+  bears("order-seed") && button("Shuffle", "Puts the factors into another order, which makes other grooves", () => change({ order: 1 + Math.floor(999999 * Math.random()) })));
 group("Shape", ...fields("Shape"));
 if (frame.box) {
   group("Cut open", ...["x", "y", "z"].map((axis) =>
     slider({ name: "cut" + axis, label: axis, help: `Cuts away what lies beyond this place along ${axis}, per cent of the shape's box`, step: 1 })));
 }
-group("Look", ...fields("Look"), menu({ name: "backdrop", label: "backdrop", help: "What is behind the set" }));
+group("Look", ...fields("Look"), menu({ name: "backdrop", label: "backdrop", help: "Says what is behind the set" }));
 
 if (settings.absent.length > 0) {
   group("Not on this page", element("p", {}, `It takes a server to set ${settings.absent.join(", ")}: `,

@@ -64,6 +64,7 @@ async function watch() {
       isOver = true;
       return location.reload();
     }
+    if (fit.state === "failed") throw new Error(`${fit.problem}\nLoad this page again to see the set that was shown before.`);
     follow(fit);
     paint().catch(lose);
     await new Promise((resolve) => { setTimeout(resolve, 300); });

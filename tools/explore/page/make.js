@@ -15,11 +15,11 @@ const products = {
   turntable: { text: "turntable, .png that moves", file: "_turntable.png", asks: ["frames", "width", "height"], usual: { width: 480, height: 360 } },
 };
 const numbers = {
-  resolution: ["cells", 256, 16, 1024, "Cells of the grid along the box's longest side: more show finer grooves, and take longer"],
-  millimetres: ["length, mm", 80, 1, 10000, "Of the shape's longest side"],
-  frames: ["pictures", 36, 2, 120, "Of the whole turn"],
-  width: ["width", 1280, 16, 4096, "Of a picture, pixels"],
-  height: ["height", 960, 16, 4096, "Of a picture, pixels"],
+  resolution: ["cells", 256, 16, 1024, "Sets how many cells the grid has along the box's longest side: more show finer grooves, and take longer"],
+  millimetres: ["length, mm", 80, 1, 10000, "Sets the length of the shape's longest side"],
+  frames: ["pictures", 36, 2, 120, "Sets how many pictures the whole turn has"],
+  width: ["width", 1280, 16, 4096, "Sets how many pixels wide a picture is"],
+  height: ["height", 960, 16, 4096, "Sets how many pixels high a picture is"],
 };
 
 /** Adds the controls to the panel. */
@@ -36,7 +36,7 @@ export function offerFiles() {
   };
   const product = select("product", Object.entries(products).map(([value, { text }]) => [value, text]), follow);
   const bar = element("progress", { max: 1, value: 0, hidden: true, ariaLabel: "How much is made" });
-  const begin = button("Make and download", "Make the file on this machine's device, and download it", async () => {
+  const begin = button("Make and download", "Makes the file on this machine's device, and downloads it", async () => {
     making = new AbortController();
     begin.hidden = true, cancel.hidden = bar.hidden = false;
     bar.removeAttribute("value");
@@ -52,9 +52,9 @@ export function offerFiles() {
     }
     begin.hidden = false, cancel.hidden = bar.hidden = true;
   });
-  const cancel = button("Cancel", "Make nothing after all", () => making.abort());
+  const cancel = button("Cancel", "Makes nothing after all", () => making.abort());
   cancel.hidden = true;
-  group("Make a file", line("file", "Of the set with its knobs as they stand. Meshes are open where it is cut", product),
+  group("Make a file", line("file", "Says what is made of the set with its knobs as they stand. Meshes are open where it is cut", product),
         ...Object.values(fields), bar, element("div", { className: "row" }, begin, cancel));
   follow();
 }

@@ -2,7 +2,7 @@
 // dropped on the page.
 import { button, group, note } from "./controls.js";
 import { element } from "./dom.js";
-import { ask } from "./server.js";
+import { ask, asked_json } from "./server.js";
 
 const meshEnds = [".obj", ".glb", ".stl", ".ply"], mapEnds = [".json", ".html", ".png"], mostBytes = 2 ** 26;
 const hasEnd = (file, ends) => ends.some((end) => file.name.toLowerCase().endsWith(end));
@@ -85,5 +85,15 @@ export function offerOthers() {
   group("Other shapes and grooves", element("div", { className: "row" },
     ...chooser("Set of a mesh", "Shows the exact set of a mesh: .obj, .glb, .stl or .ply. You can also drop it on the page", meshEnds, takeMesh),
     ...chooser("Grooves of", "Gives this set the grooves of another map. You can also drop the map's file on the page", mapEnds, takeGrooves),
+    button("Fit to its mesh", "Fits a map of factors to the mesh that you have dropped; you can watch, and stop it", async () => {
+      try {
+        const { problem } = await asked_json("refit", "POST");
+        if (problem) throw new Error(problem);
+        history.replaceState(null, "", location.pathname + location.search);
+        location.reload();
+      } catch (error) {
+        note(error.message, 12);
+      }
+    }),
     button("Back to the first", "Shows the map again with which the server began", () => changeMap("The first map", "first", null, false))));
 }

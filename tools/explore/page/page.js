@@ -120,17 +120,17 @@ offerSnapshots();
 offerFilm();
 offerHelp();
 byId("savers").append(
-  button("Copy as command", "The qjulia render line that makes this picture", () => copy(commandNow())),
-  button("Copy surface command", "The qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
-  button("Copy link", "This page with all that is set: a link is a shape", () => copy(location.href)),
-  button("Save picture", "A picture file whose size you choose", savePictureAsAsked),
-  button("Save map", root.dataset.renderer === "webgl" ? "The map as it was shared, and the command that turns its knobs"
-                                                       : "The map with its knobs turned, as a file for qjulia", async () => {
+  button("Copy as command", "Copies the qjulia render line that makes this picture", () => copy(commandNow())),
+  button("Copy surface command", "Copies the qjulia surface line that makes a mesh of this set", () => copy(surfaceCommand())),
+  button("Copy link", "Copies the address of this page with all that is set: a link is a shape", () => copy(location.href)),
+  button("Save picture", "Saves a picture whose size you choose", savePictureAsAsked),
+  button("Save map", root.dataset.renderer === "webgl" ? "Saves the map as it was shared, and copies the command that turns its knobs"
+                                                       : "Saves the map with its knobs turned, as a file for qjulia", async () => {
     const saved = await renderer.mapFile();
     if (saved) saveMap(saved.text, saved.name);
     if (saved?.command) copy(saved.command, "saved as it was shared; copied, to turn its knobs: ");
   }),
-  button("Dark or light", "Theme of the page, and of the backdrop unless one is chosen", () => {
+  button("Dark or light", "Changes the theme of the page, and of the backdrop unless one is chosen", () => {
     root.dataset.theme = isDarkTheme() ? "light" : "dark";
     showChange(true);
   }));

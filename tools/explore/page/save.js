@@ -21,8 +21,8 @@ export async function askPicture(size, most) {
   const width = side("width", size.width), height = side("height", size.height);
   const format = select("format", Object.keys(formats).map((end) => [end, `.${end}`]));
   const dialog = element("dialog", { id: "picture", ariaLabel: "Save picture" }, element("form", { method: "dialog" },
-    element("h1", {}, "Save picture"), line("name", "Name of the file, without its extension", name), line("width", "Pixels", width),
-    line("height", "Pixels", height), line("format", "webp and jpg files are smaller, but not exact", format),
+    element("h1", {}, "Save picture"), line("name", "Says how the file is called, without its extension", name), line("width", "Sets how many pixels wide the picture is", width),
+    line("height", "Sets how many pixels high the picture is", height), line("format", "webp and jpg files are smaller, but not exact", format),
     element("div", { className: "row" }, element("button", { value: "save" }, "Save"), button("Cancel", "Save nothing (Escape)", () => dialog.close()))));
   document.body.append(dialog);
   dialog.showModal();
