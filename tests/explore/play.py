@@ -131,7 +131,7 @@ def check_click(tab):
 
 
 def check_film(tab, name):
-    for values in ("{ azimuth: 150, zoom: 1, detail: 0.02, phase1: 0, lightaz: 10 }", "{ azimuth: -160, zoom: 2, detail: 0.04, phase1: 80, lightaz: 30, cutz: 60 }"):
+    for values in ("{ azimuth: 150, zoom: 1, detail: 0.02, phase1: 0, lightaz: 10, cutx: 80, cuty: 90, material: 'trap', palette: 'ice' }", "{ azimuth: -160, zoom: 2, detail: 0.04, phase1: 80, lightaz: 30, cutz: 60 }"):
         tab.run(f"qjulia.change({values}); 0")
         tab.wait(200)
         press(tab, "Key here")
@@ -144,7 +144,8 @@ def check_film(tab, name):
     tab.wait(200)
     script = tab.download(folder / "film", "[...document.querySelectorAll('button')].find((b) => b.textContent === 'Save script').click()")
     text = script.read_text()
-    check("at = 2" in text and "azimuth = 200" in text and "lamp_turn = 220" in text, "and saved as a script")
+    says = ("at = 2", "azimuth = 200", "lamp_turn = 220", 'cut = ["x=80%", "y=90%"]', "cut_z = 60", 'material = "trap"')
+    check(all(line in text for line in says) and "scale" not in text, "and saved as a script")
     (folder / "film.toml").write_text(text)
     small = text.replace(text[text.index("size = "):].splitlines()[0], 'size = "48x36"')
     (folder / "film.toml").write_text(small)

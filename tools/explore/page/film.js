@@ -71,7 +71,7 @@ export function offerFilm() {
   }
 
   const play = button("Play", "Plays the keys as fast as the page draws", playKeys);
-  const save = button("Save script", "Saves a script for qjulia film. Looks, materials and the lamp's height and strength are those of the first key throughout",
+  const save = button("Save script", "Saves a script for qjulia film. Looks, materials, the order of factors, and the lamp's height and strength are those of the first key throughout",
                       () => download(new Blob([scriptOf(sorted(keys), sizeOfFilm())], { type: "application/toml" }), "_film.toml"));
   group("Film", list, element("div", { className: "row" },
         button("Key here", "Adds a key: at its second the film looks as the page does now", keyHere), play, save));

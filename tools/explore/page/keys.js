@@ -6,7 +6,7 @@ import { ranges } from "./state.js";
 
 const phases = ["phase1", "phase2", "phase3"];
 const angles = ["azimuth", "lightaz", "environturn"];  // they go the shorter way around
-const jumps = ["order"], still = ["lightup", "light"];  // films have no keys for the latter
+const still = ["lightup", "light", "order"];  // of the first key throughout, as words are: films have no keys for them
 const byRatio = [...settings.map, ...settings.picture].flatMap((setting) => setting.controls).filter((control) => control.log).map((control) => control.name);
 
 /** Keys by their time, in which no angle jumps from 180 to -180 degrees. */
@@ -50,8 +50,7 @@ export function stateAt(keys, time) {
   const times = keys.map((key) => key.at), t = (time - times[k]) / (times[k + 1] - times[k]), made = { ...keys[0].values };
   const between = (of) => spline(times, keys.map((key) => of(key.values)), k, t);
   for (const name of Object.keys(ranges).filter((each) => !still.includes(each))) {
-    if (jumps.includes(name)) made[name] = keys[k].values[name];
-    else made[name] = byRatio.includes(name) ? Math.exp(between((values) => Math.log(values[name]))) : between((values) => values[name]);
+    made[name] = byRatio.includes(name) ? Math.exp(between((values) => Math.log(values[name]))) : between((values) => values[name]);
   }
   made.iterations = Math.round(made.iterations);
   const [from, to] = [k, k + 1].map((i) => phases.map((name) => keys[i].values[name]));

@@ -1,7 +1,7 @@
 // Keys as a script that `qjulia film` takes.
 import { darkBackground, root } from "./dom.js";
 import { settings } from "./settings.js";
-import { hasDarkBackdrop, short, valuesOf, differ, namesOf } from "./state.js";
+import { differ, hasDarkBackdrop, namesOf, short, usual, valuesOf } from "./state.js";
 
 const tomlOf = (value) => typeof value === "string" ? JSON.stringify(value) : short(value);
 const lineOf = ([name, value]) => `${name} = ${Array.isArray(value) && value.length !== 1 ? `[${value.map(tomlOf).join(", ")}]` : tomlOf([value].flat()[0])}`;
@@ -10,12 +10,12 @@ const lineOf = ([name, value]) => `${name} = ${Array.isArray(value) && value.len
 function split({ values }, first) {
   const moving = [], fixed = [];
   for (const setting of [...settings.map, ...settings.picture]) {
-    const name = setting.option.replaceAll("-", "_"), isWord = setting.type === "word";
+    const name = setting.option.replaceAll("-", "_"), isFixed = setting.type === "word" || setting.type === "seed";
     if (setting.type === "lamp") {
       // The lamp goes with the camera here; lamp_turn says so in a film.
       if (differ(first, ...namesOf(setting))) fixed.push([name, [valuesOf(setting, first)].flat()]);
       moving.push(["lamp_turn", values.azimuth + values.lightaz - first.lightaz]);
-    } else if (isWord) {
+    } else if (isFixed) {
       if (differ(first, ...namesOf(setting))) fixed.push([name, valuesOf(setting, first)[0]]);
     } else {
       moving.push([name, valuesOf(setting, values)]);
@@ -28,13 +28,12 @@ function split({ values }, first) {
 /** @param keys as `sorted` has them, with a point to look at and a distance. @param size of its pictures, "960x720". */
 export function scriptOf(keys, size) {
   const first = keys[0].values, parts = keys.map((key) => split(key, first));
-  const usualOrder = (name, value) => name === "order_seed" && Number(value) === 0;
   // What never moves is said once.
   const constant = parts[0].moving.filter(([name], i) => parts.every(({ moving }) => lineOf(moving[i]) === lineOf([name, parts[0].moving[i][1]])));
-  const still = constant.map(([name]) => name);
-  const options = [["size", size], ...parts[0].fixed, ...constant.filter(([name, value]) => !/^cut_/.test(name) && !usualOrder(name, value))];
+  const still = constant.map(([name]) => name), asUsual = split({ values: usual }, first).moving.map(lineOf);
+  const options = [["size", size], ...parts[0].fixed, ...constant.filter((one) => !/^cut_/.test(one[0]) && !asUsual.includes(lineOf(one)))];
   const cuts = constant.filter(([name, value]) => /^cut_/.test(name) && value < 100).map(([name, value]) => `${name.at(-1)}=${short(value)}%`);
-  if (cuts.length > 0) options.push(["cut", cuts.join(",")]);
+  if (cuts.length > 0) options.push(["cut", cuts]);
   if (hasDarkBackdrop(first)) options.push(["background", darkBackground]);
   if (root.dataset.renderer === "webgl") options.push(["keep_loose", true]);
   const blocks = keys.map(({ at }, k) => ["[[key]]", lineOf(["at", at]), ...parts[k].moving.filter(([name]) => !still.includes(name)).map(lineOf)]);
