@@ -55,7 +55,7 @@ std::string harmless_name(const std::string& name) {
                           (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '_';
     made += is_plain ? c : '_';
   }
-  if (made.size() > kLongestFileName) made.erase(0, made.size() - kLongestName);
+  if (made.size() > kLongestFileName) made.erase(0, made.size() - kLongestFileName);
   const bool is_name = made.find_first_not_of('.') != std::string::npos;
   return is_name ? made : "file";
 }

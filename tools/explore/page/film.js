@@ -15,7 +15,7 @@ function sizeOfFilm() {
   return [canvas.width, canvas.height].map((side) => 2 * Math.round(scale * side / 2)).join("x");
 }
 
-/** Adds the controls to the panel. */
+/** Adds the controls to the panel. @return the state at a second of the film. */
 export function offerFilm() {
   const keys = recalled("keys");  // { at: seconds, values: a state with a point to look at and a distance }
   const list = element("div", { id: "keys" }), secondsApart = 3;
@@ -76,4 +76,5 @@ export function offerFilm() {
   group("Film", list, element("div", { className: "row" },
         button("Key here", "Adds a key: at its second the film looks as the page does now", keyHere), play, save));
   showKeys();
+  return (seconds) => stateAt(sorted(keys), seconds);
 }

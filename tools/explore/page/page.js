@@ -117,7 +117,7 @@ async function savePictureAsAsked() {
 }
 
 offerSnapshots();
-offerFilm();
+const filmAt = offerFilm();
 offerHelp();
 byId("savers").append(
   button("Copy as command", "Copies the qjulia render line that makes this picture", () => copy(commandNow())),
@@ -152,5 +152,5 @@ export function start(draws) {
   }).observe(canvas);
   showChange(true);
   // For programs that drive the page, tests among them.
-  globalThis.qjulia = { state, change, renderCommand: commandNow, surfaceCommand };
+  globalThis.qjulia = { state, change, filmAt, renderCommand: commandNow, surfaceCommand };
 }
