@@ -45,7 +45,9 @@ def check_refusals(server):
                   "make=turntable&frames=120&size=4000x4000", "make=ply&make=obj"):
         status, _, body = server.get(f"/make?{query}")
         check(status == 400, f"so is one to make a file: {query}: {body[:60]}")
-    check(server.status("/fit") == 404 and server.status("/stop", method="POST") == 404, "there is no fit to ask for, or to stop")
+    status, _, body = server.get("/refit", method="POST")
+    check(status == 200 and json.loads(body)["problem"].startswith("there is no mesh") and server.status("/stop", method="POST") == 200,
+          f"no fit begins without a mesh, and to stop none does no harm: {body}")
     check(server.status("/frame?size=8x8", client="") == 400, "a request must say which page it comes from")
     status, _, body = server.get("/frame?size=8x8&drift=40")
     check(status == 200 and body.startswith(b"!") and b"drift" in body, "what the map does not bear is told too")
