@@ -48,6 +48,6 @@ TEST_CASE("every look gives its stored picture") {
     CAPTURE(variant, look);
     const Image stored = test::read_png(path);
     CHECK(test::mean_difference(image, stored) <= 0.5);
-    CHECK(share_beyond(image, stored, 16) <= 0.01);
+    CHECK(share_beyond(image, stored, 6) <= 0.01);
   }
 }
