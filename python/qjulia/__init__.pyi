@@ -282,7 +282,7 @@ class Map:
         on_progress: _Progress = ...,
         # surface_settings
         refine: Optional[SupportsIndex] = ...,
-        draft: bool = ...,
+        exact: bool = ...,
         dense: bool = ...,
         n: SupportsIndex = ...,
         box: Optional[ArrayLike] = ...,

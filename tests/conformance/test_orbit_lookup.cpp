@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "armed_ball.hpp"
+#include "lattice/clear_box.hpp"
 #include "lattice/orbit_lookup.hpp"
 #include "qjulia/map/detail.hpp"
 #include "qjulia/surface/figures.hpp"
