@@ -57,7 +57,7 @@ std::vector<std::int32_t> undecided_cells(const LevelSet& set, double level, con
 bool tables_pay(const Map& map, const Grid& grid) {
   // Points near the surface grow as the square of the cells along a side, and an orbit's cost as
   // the factors. Of 992 factors, 256 cells take as long with tables as without, and 512 take two
-  // thirds of the time; of 331, 512 and 1,024 do.
+  // thirds of the time. Of 331 factors, 512 cells take as long, and 1,024 four fifths.
   constexpr double kLeastWork = 1.2e8;
   const double cells = grid.points.maxCoeff() - 1;
   return cells * cells * static_cast<double>(map.dynamics.factors.size()) >= kLeastWork;

@@ -191,7 +191,6 @@ std::vector<Knob> knobs_of_origin() {
              "Turns the factors, and the shape with them, about this axis through the origin of "
              "iteration: about x, the real axis, the grooves turn along; about any other, they "
              "change",
-         .interpolation = Interpolation::rotation,
          .group = "Shape",
          .controls = {{.name = "rotate",
                        .label = "rotate",

@@ -45,6 +45,7 @@ def apart(tab):
 
 
 def check_nine(tab):
+    tab.run("{ let last = 3; Math.random = () => (last = (16807 * last) % 2147483647) / 2147483647; } 0")  # always the same
     least = nine(tab, "Surprise me")
     count = tab.run("document.querySelectorAll('.nine button:enabled').length")
     seen = apart(tab)

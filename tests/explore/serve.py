@@ -19,6 +19,16 @@ from checks import check, check_errors, fit_ball, folder, qjulia, run, run_test
 from server import Server
 
 
+def comes_to(call, seconds=60):
+    """Whether a call returns true sooner or later."""
+    until = time.monotonic() + seconds
+    while not call():
+        if time.monotonic() > until:
+            return False
+        time.sleep(0.1)
+    return True
+
+
 def check_refusals(server):
     page = f"/?token={server.token}"
     status, headers, body = server.get(page)
@@ -261,11 +271,10 @@ def check_files():
         check(server.is_well(), "nor one that is cut off")
         half = socket.create_connection(("127.0.0.1", server.port))
         half.sendall((head + "Content-Length: 500\r\n\r\nv 0").encode())
-        time.sleep(0.3)
-        check(send("/shape", "x.obj", mesh)[0] == 503 and server.is_well(), "one at a time is taken, and pictures are drawn meanwhile")
+        check(comes_to(lambda: send("/shape", "x.obj", mesh)[0] == 503) and server.is_well(),
+              "one at a time is taken, and pictures are drawn meanwhile")
         half.close()
-        time.sleep(0.3)
-        check(send("/shape", "x.obj", mesh)[2] == b"=x.qjulia.json" and server.is_well(), "and then the next one")
+        check(comes_to(lambda: send("/shape", "x.obj", mesh)[2] == b"=x.qjulia.json") and server.is_well(), "and then the next one")
 
 
 def check_backdrop(tab, server):

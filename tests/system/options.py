@@ -555,7 +555,7 @@ def toml_of(table, mesh):
 
 # What a picture's request may say, besides settings, which have the values of options. Palettes have names here.
 VIEW = {"size": "16x12", "samples": "2", "draft": "0", "shows": "map", "palette": "ice", "steady": "1",
-        "keep-loose": "1", "exact": "1", "ground": "0"}
+        "keep-loose": "1", "exact": "1", "ground": "0", "apart": "1", "at": "0.5,0.5"}
 # Names that change pictures only where others are given, too: `glow` takes its place on a palette.
 VIEW_NEEDS = {"environment-turn": {"environment": "evening"}, "focus": {"aperture": "0.5"}, "glow": {"material": "trap"}, "glow-from": {"material": "trap", "glow": "2"},
               "glow-full": {"material": "trap", "glow": "2"},
@@ -563,6 +563,7 @@ VIEW_NEEDS = {"environment-turn": {"environment": "evening"}, "focus": {"apertur
 # Names that change no picture here, and why.
 VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "shows": "it is asked of a mesh, below",
                "keep-loose": "this set has no loose pieces, and the server keeps them",
+               "apart": "it says that no later picture is like it", "at": "it is asked of a point, not of a picture",
                "exact": "maps of few factors have no tables", "escape": "the set lies within it",
                "precision": "pixels this large do not show it"}
 MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}

@@ -411,6 +411,32 @@ TEST_CASE("an open shutter blurs what moves, and nothing else") {
              ContainsSubstring("bad.toml:4: shutter: give a share of a picture's time, 0 to 1"));
 }
 
+TEST_CASE("a turn goes by its degrees, however many") {
+  const Studio studio;
+  studio.folder.file("turn.toml", R"([film]
+map = "ball.qjulia.json"
+seconds = 1
+rate = 2
+step = "linear"
+[options]
+size = "16x12"
+samples = 1
+look_at = [0, 0, 0]
+distance = 6
+[[key]]
+at = 0
+rotate = [0, 0, 1, 0]
+[[key]]
+at = 1
+rotate = [0, 0, 1, 720]
+)");
+  const auto made = run_command({"film", "make", studio.folder / "turn.toml", "-o",
+                                 studio.folder / "turn", "--device", "cpu"});
+  INFO(made.err);
+  REQUIRE(made.exit_code == 0);
+  CHECK(frame(studio, "turn", 2).find("\"rotate\":[0.0,0.0,1.0,360.0]") != std::string::npos);
+}
+
 TEST_CASE("a film shows several maps, one after the other, in one frame") {
   const Studio studio;
   std::filesystem::create_directory(studio.folder / "steps");

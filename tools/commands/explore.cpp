@@ -71,10 +71,10 @@ explore::FitTask fit_task(const ExploreArguments& arguments, const Device& devic
 
 explore::ServerOptions options_for(const ExploreArguments& arguments, const NamedMap& source) {
   explore::ServerOptions options = arguments.options;
-  options.make_file = [source](const Device& device, const Map& map, const std::string& file,
+  options.make_file = [source](const Device& device, const explore::ShownMap& shown,
                                const explore::MakeRequest& wanted, const ProgressMonitor& monitor) {
-    // A page may have brought another map.
-    return made_file(file == source.name ? source : NamedMap{file}, device, map, wanted, monitor);
+    return made_file(shown.is_first ? source : NamedMap{shown.file}, device, shown.map, wanted,
+                     monitor);
   };
   return options;
 }

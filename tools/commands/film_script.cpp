@@ -315,7 +315,8 @@ class ScriptReader {
     }
     const auto found = moving_settings().find(base::dashed(name));
     if (found != moving_settings().end()) return found->second;
-    std::vector<std::string> names{kAlongMaps};
+    std::vector<std::string> names;
+    if (has_several_) names.emplace_back(kAlongMaps);
     for (const auto& [known, setting] : moving_settings()) names.push_back(known);
     throw InputError(
         fmt::format("there is no such setting to move; it can be {}", fmt::join(names, ", ")));

@@ -184,7 +184,7 @@ struct Server::Impl {
   /// From now on the page is the map's. @param named the name of its file. @param mesh that a page
   /// has brought, if the map is of one.
   void show(const Map& map, const std::string& named,
-            std::shared_ptr<const TriangleMesh> mesh = nullptr) {
+            std::shared_ptr<const TriangleMesh> mesh = nullptr, bool is_the_first = false) {
     painter.show(map);
     std::vector<Eigen::Vector3d> outline = box_outline(map);
     try {
@@ -195,6 +195,7 @@ struct Server::Impl {
     const std::lock_guard lock(mutex);
     file = named;
     brought = std::move(mesh);
+    is_first = is_the_first;
     page = served_page(map, file, outline);
     turned = [map, outline](const Rotation& rotation) {
       return outline_json(turned_outline(map, outline, rotation));
@@ -224,6 +225,7 @@ struct Server::Impl {
   std::string begin_refit() {
     const std::lock_guard lock(mutex);
     if (fit_runs) return "a fit runs already";
+    if (is_taking) return "another file is being read; try again when its map is shown";
     if (!brought) return "there is no mesh to fit to: drop one on the page first";
     const auto job = worker.ask(kOwn, Job::Length::long_job,
                                 [this, before = page, mesh = brought](Job& /*job*/) {
@@ -312,7 +314,8 @@ struct Server::Impl {
     const bool has_failed = !fit_problem.empty();
     return nlohmann::json{{"state", is_fitted    ? "done"
                                     : has_failed ? "failed"
-                                                 : "runs"},
+                                    : fit_runs   ? "runs"
+                                                 : "none"},
                           {"problem", fit_problem},
                           {"activity", fit_progress.activity},
                           {"detail", fit_progress.detail},
@@ -325,8 +328,8 @@ struct Server::Impl {
 
   /// Ends the fit with what it has reached, and draws no more pictures.
   void end_work() {
-    stop_fit();
     worker.end();
+    stop_fit();
     const auto last_fit = [&] {
       const std::lock_guard lock(mutex);
       return fit_job;
@@ -464,7 +467,10 @@ struct Server::Impl {
         const std::shared_ptr<void> ending(nullptr, [&](void*) { turn->end(); });
         ProgressMonitor monitor;
         monitor.stop = job.stop();
-        monitor.on_progress = [&](const Progress& progress) { job.report(progress); };
+        monitor.on_progress = [&](const Progress& progress) {
+          job.report(progress);
+          worker.draw_waiting();
+        };
         show_what_it_brings(upload, monitor);
         return current_file();
       };
@@ -493,11 +499,17 @@ struct Server::Impl {
     http.Post(kFirst, [this](const auto& request, auto& response, const httplib::ContentReader&) {
       answer(request, response, Job::Length::long_job, [this](const Query& /*query*/) -> Work {
         return [this](Job& /*job*/) {
-          if (first) show(first->first, first->second);
+          if (first) show(first->first, first->second, nullptr, /*is_the_first=*/true);
           return std::string();
         };
       });
     });
+  }
+
+  /// The worker's.
+  ShownMap shown_map() {
+    const std::lock_guard lock(mutex);
+    return {painter.map(), file, is_first};
   }
 
   std::string current_file() {
@@ -571,7 +583,7 @@ struct Server::Impl {
           const Device device = painter.device().sibling();
           return wanted.is_turntable
                      ? turntable(device, painter.turned(wanted.view), wanted, monitor)
-                     : make_file(device, painter.map(), current_file(), wanted, monitor);
+                     : make_file(device, shown_map(), wanted, monitor);
         };
       });
     });
@@ -607,6 +619,7 @@ struct Server::Impl {
   std::stop_source fit_stop;  // keeps what was reached
   std::shared_ptr<Job> fit_job;
   std::shared_ptr<const TriangleMesh> brought;  // by a page, and its exact map is shown
+  bool is_first = false;                        // whether the server's own map is shown
   bool awaits_fit = false;                      // that with which the server begins
   bool fit_runs = false;
   std::string fit_problem;
@@ -628,7 +641,7 @@ Server::Server(const Device& device, const Map& map, const std::string& file,
   options.validate();
   impl_ = std::make_unique<Impl>(device, std::nullopt, file, options);
   impl_->first = {map, file};
-  impl_->show(map, file);
+  impl_->show(map, file, nullptr, /*is_the_first=*/true);
 }
 
 Server::Server(const Device& device, FitTask fit, const std::string& file,

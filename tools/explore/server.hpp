@@ -14,10 +14,16 @@
 
 namespace qjulia::explore {
 
-/// Makes a file of the map that a page shows. @return its bytes. @param file the name of the map's
-/// file. @param monitor gets, at last, what the file holds.
+struct ShownMap {
+  Map map;
+  std::string file;       ///< its name
+  bool is_first = false;  ///< whether it is the map with which the server began
+};
+
+/// Makes a file of the map that a page shows. @return its bytes. @param monitor gets, at last, what
+/// the file holds.
 using FileMaker =
-    std::function<std::string(const Device& device, const Map& map, const std::string& file,
+    std::function<std::string(const Device& device, const ShownMap& shown,
                               const MakeRequest& wanted, const ProgressMonitor& monitor)>;
 
 struct ServerOptions {

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kLongestFileName = 80;
 
 /// What `read` makes of the file, which lies alone in a folder of its own as long as that takes:
-/// a mesh that names other files finds none. Messages have the name that the file had.
+/// a mesh that names other files finds none. Messages have the file's harmless name.
 template <class Read>
 auto read_upload(const Upload& upload, const Read& read) {
   const std::string name = harmless_name(upload.name);

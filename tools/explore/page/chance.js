@@ -64,7 +64,7 @@ export function signature({ width, height, data }) {
 /** The mean difference of two signatures. */
 export const difference = (a, b) => a.reduce((sum, v, i) => sum + Math.abs(v - b[i]), 0) / a.length;
 
-/** Whether a picture shows something: neighbours differ, as on no backdrop. */
+/** Whether a picture shows something: its neighbouring pixels differ more than those of an empty backdrop. */
 export function showsSomething({ width, data }) {
   let sum = 0, count = 0;
   for (let i = 4; i < data.length; i += 4) if ((i / 4) % width > 0) sum += Math.abs(data[i + 1] - data[i - 3]), ++count;

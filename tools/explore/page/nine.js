@@ -41,6 +41,7 @@ export function offerNine(small, redraw) {
         if (!image || !showsSomething(image)) continue;
         drawn.push({ values, image, signature: signature(image) });
       } catch (error) {
+        if (own !== run) return;
         failed = error;
         continue;
       }

@@ -21,7 +21,7 @@ async function changeMap(title, path, file, keeps) {
   try {
     const report = (share) => { bar.value = share; };
     const named = await ask(path, file ? { name: file.name } : {}, { method: "POST", body: file, signal: stop.signal, report, as: "file" });
-    if (!named) throw new Error("Another page has sent a file.");
+    if (!named) throw new Error("The server is ending.");
     if (!keeps) history.replaceState(null, "", location.pathname + location.search);
     location.reload();
   } catch (error) {

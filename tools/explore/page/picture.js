@@ -128,7 +128,7 @@ export async function draw(options) {
     const jitter = [(k * 0.7548776662) % 1 - 0.5, (k * 0.5698402910) % 1 - 0.5];
     const sample = await marchView(uniforms, view(1), "sample", jitter, result, isStale);
     if (!sample) return false;
-    paint(uniforms, sample, jitter, 1 / (k + 1), isDark);
+    paint(uniforms, { ...sample, isSample: true }, jitter, 1 / (k + 1), isDark);
     await drawn();
     report((done += 1) / all);
   }
@@ -153,7 +153,8 @@ async function drawCoarsest(options, start) {
 /** The point of the set that is seen at a place of the canvas, shares of its width and height from the upper left; shape
  * units; null where there is none. */
 export function pointAt(x, y) {
-  const { view, depths: texture } = shown, [width, height] = view.canvas;
+  // Samples lie beside the pixels' middles, and the next one writes into the same texture.
+  const { view, depths: texture } = shown.isSample ? finest : shown, [width, height] = view.canvas;
   if (width !== canvas.width || height !== canvas.height) return null;
   const at = [x * width, (1 - y) * height].map((v) => Math.floor(v / view.divisor)), found = new Float32Array(4);
   drawTo(texture, view.columns, view.rows);

@@ -17,7 +17,7 @@ function pictureNow() {
   return copy.toDataURL("image/jpeg", 0.85);
 }
 
-/** A tap goes back; as long as it is held, the snapshot lies over the picture. */
+/** A tap goes back to the snapshot; holding it shows it over the picture. */
 function tileOf(one) {
   const link = element("a", { href: `#${one.text}`, draggable: false, title: "Tap: goes back to this. Hold: shows it over the picture, to compare" },
                        element("img", { src: one.picture, alt: one.text || "as the map is", draggable: false }));
@@ -70,7 +70,9 @@ export function renewSnapshot() {
   const one = snapshots.find(({ text }) => text === written());
   if (!one) return;
   one.picture = pictureNow();
-  showSnapshots();
+  // The tile stays: it may be held down just now.
+  shelf.children[snapshots.indexOf(one)].querySelector("img").src = one.picture;
+  remember("snapshots", snapshots);
 }
 
 /** Adds the controls to the panel. */
