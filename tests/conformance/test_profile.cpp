@@ -103,7 +103,7 @@ TEST_CASE("every share is judged or has a reason why not, and none is above 1") 
     for (std::size_t i = 0; i < f.run_cpu_seconds.size(); ++i) {
       shares.push_back(*f.slots / f.run_cpu_seconds[i] / f.run_fma_per_cpu_second[i]);
     }
-    if (shares.size() != 2) continue;  // runs are repeated where the machine is busy
+    if (shares.size() != 2) continue;     // runs are repeated where the machine is busy
     if (*f.share_low == *f.share_high) {  // the other run was nearer to the limit of memory
       CHECK((*f.share_low == Catch::Approx(shares[0]) || *f.share_low == Catch::Approx(shares[1])));
       continue;
