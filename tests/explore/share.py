@@ -356,7 +356,7 @@ def check_saved_picture(tab, address):
     tab.wait(200)
     tab.run(opens + "0")
     tab.key("Escape", "Escape", 27)
-    tab.until("document.querySelector('dialog') === null")
+    tab.until("document.querySelector('dialog[open]') === null")
     check(tab.state() == "done" and tab.run("document.getElementById('canvas').width") == 64, "Escape saves nothing")
     file = tab.download(folder / "downloads", opens + sets % "{ format: 'jpg' }" + "document.querySelector('#picture [value=save]').click()")
     check(file.name == "ball.jpg" and file.read_bytes()[:3] == b"\xff\xd8\xff", f"and a smaller file is one of another format: {file.name}")
