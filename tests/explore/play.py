@@ -146,7 +146,9 @@ def check_film(tab, name):
     press(tab, "Play")
     tab.until("qjulia.state.azimuth === -160 && qjulia.state.zoom === 2", 100)
     tab.wait(200)
-    check(tab.run("[...document.querySelectorAll('button')].some((b) => b.textContent === 'Play')"), "it is played to its end")
+    # The button says Stop while it plays.
+    check(tab.run("[...document.querySelectorAll('button')].filter((b) => ['Play', 'Stop'].includes(b.textContent)).map((b) => b.textContent)") == ["Play"],
+          "it is played to its end")
     script = tab.download(folder / "film", "[...document.querySelectorAll('button')].find((b) => b.textContent === 'Save script').click()")
     text = script.read_text()
     says = ("at = 2", "azimuth = 200", "lamp_turn = 220", 'cut = ["x=80%", "y=90%"]', "cut_z = 60", 'material = "trap"')
@@ -172,7 +174,7 @@ def check_looks(tab):
     """The looks are a strip of small pictures, which differ, and stay when the page is loaded again."""
     open_controls(tab)
     tab.run("document.getElementById('looks').scrollIntoView(); 0")
-    tab.until("[...document.querySelectorAll('#looks img')].every((i) => i.naturalWidth === 96)", 200)
+    tab.until("document.querySelector('#looks img') && [...document.querySelectorAll('#looks img')].every((i) => i.naturalWidth === 96)", 200)
     names, pictures = tab.run("[[...document.querySelectorAll('#looks span')].map((s) => s.textContent), [...document.querySelectorAll('#looks img')].map((i) => i.src)]")
     check(len(names) >= 16 and len(set(pictures)) >= len(names) - 1, f"{len(names)} looks, {len(set(pictures))} pictures")  # "none" and one other may be alike
     tab.run(f"document.querySelectorAll('#looks button')[{names.index('gold')}].click(); 0")

@@ -279,7 +279,8 @@ def check_files():
 
 def check_backdrop(tab, server):
     """It is dark where the theme is, unless a light one is chosen."""
-    for theme, chosen, is_dark in (("dark", "", True), ("dark", "&backdrop=light", False), ("light", "&backdrop=dark", True)):
+    for theme, chosen, is_dark in (("dark", "", True), ("dark", "&backdrop=light", False), ("light", "&backdrop=dark", True),
+                                   ("dark", "&wears=gold&backdrop=light", False)):
         tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
         tab.open(f"{server.address}&size=48x36&samples=0#azimuth=50{chosen}")
         tab.wait(100)

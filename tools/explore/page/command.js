@@ -1,8 +1,8 @@
 // The command lines that make what the page shows.
 import { viewOf } from "./camera.js";
-import { canvas, darkBackground, root } from "./dom.js";
+import { canvas, root } from "./dom.js";
 import { frame, toShape } from "./map.js";
-import { changed, hasDarkBackdrop, short, state } from "./state.js";
+import { backdropOptions, changed, short, state } from "./state.js";
 
 const quoted = (text) => /^[\w.\/+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 
@@ -15,7 +15,7 @@ function cut(values) {
   return places.length > 0 ? [["cut", places]] : [];
 }
 
-const background = (values) => hasDarkBackdrop(values) ? [["background", [darkBackground]]] : [];
+const background = (values) => backdropOptions(values).map(([name, value]) => [name, [value]]);
 
 const commandOf = (name, output, options) =>
   ["qjulia", name, mapWord(), "-o", output, ...options.flatMap(([option, values]) => [`--${option}`, ...values])].join(" ");

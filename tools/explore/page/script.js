@@ -1,7 +1,7 @@
 // Keys as a script that `qjulia film` takes.
-import { darkBackground, root } from "./dom.js";
+import { root } from "./dom.js";
 import { settings } from "./settings.js";
-import { differ, hasDarkBackdrop, namesOf, short, usual, valuesOf } from "./state.js";
+import { backdropOptions, differ, namesOf, short, usual, valuesOf } from "./state.js";
 
 const tomlOf = (value) => typeof value === "string" ? JSON.stringify(value) : short(value);
 const lineOf = ([name, value]) => `${name} = ${Array.isArray(value) && value.length !== 1 ? `[${value.map(tomlOf).join(", ")}]` : tomlOf([value].flat()[0])}`;
@@ -34,7 +34,7 @@ export function scriptOf(keys, size) {
   const options = [["size", size], ...parts[0].fixed, ...constant.filter((one) => !/^cut_/.test(one[0]) && !asUsual.includes(lineOf(one)))];
   const cuts = constant.filter(([name, value]) => /^cut_/.test(name) && value < 100).map(([name, value]) => `${name.at(-1)}=${short(value)}%`);
   if (cuts.length > 0) options.push(["cut", cuts]);
-  if (hasDarkBackdrop(first)) options.push(["background", darkBackground]);
+  options.push(...backdropOptions(first));
   if (root.dataset.renderer === "webgl") options.push(["keep_loose", true]);
   const blocks = keys.map(({ at }, k) => ["[[key]]", lineOf(["at", at]), ...parts[k].moving.filter(([name]) => !still.includes(name)).map(lineOf)]);
   return [

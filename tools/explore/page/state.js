@@ -1,5 +1,5 @@
 // What the controls say: one flat object, which the address holds too. A link is a shape.
-import { byId, isDarkTheme } from "./dom.js";
+import { byId, darkBackground, isDarkTheme } from "./dom.js";
 import { settings } from "./settings.js";
 import { axisOf, phaseOf } from "./vectors.js";
 
@@ -35,6 +35,10 @@ export const differs = (...names) => differ(state, ...names);
 /** Whether what is behind the set is dark. What a look says of it holds where nothing else is chosen. */
 export const hasDarkBackdrop = (values = state) => values.backdrop === "dark" ||
   (values.backdrop === backdrops[0] && values.wears === usual.wears && isDarkTheme());
+
+/** The options that the backdrop gives: [name, value]. A light one is the usual, and is said where a look has another. */
+export const backdropOptions = (values = state) => hasDarkBackdrop(values) ? [["background", darkBackground]]
+  : values.backdrop === "light" && values.wears !== usual.wears ? [["background", "studio"]] : [];
 
 /** The names of a setting's controls. */
 export const namesOf = (setting) => setting.controls.map((control) => control.name);
