@@ -263,6 +263,19 @@ double beyond(const Box& box, const Vector3d& x) {
   return (box.low - x).cwiseMax(x - box.high).cwiseMax(0.0).norm();
 }
 
+/// The share at a place with a ball over it. @param step of the cells; shape units, as all here.
+double under_ball(double share, const PaintBall& ball, const Vector3d& at, double step) {
+  const double out = std::max(0.0, (at - ball.center).norm() - ball.radius);
+  return std::lerp(share, ball.share, weight_of(out, step));
+}
+
+/// A paint of the map's own box, which says nothing yet.
+Paint empty_paint_of(const Map& map) {
+  if (!map.frame.box)
+    throw InputError("the map does not say its \"box\": nothing says where to paint");
+  return empty_paint(map.frame.shape_to_map.to_map(*map.frame.box));
+}
+
 void expect_share(const char* field, double share) {
   base::expect_between(field, share, 0.0, 1.0, "of the detail");
 }
@@ -310,14 +323,12 @@ Paint painted(const Device& device, const Map& map, const PaintOptions& options,
               const ProgressMonitor& monitor) {
   options.validate();
   map.validate();
-  if (!map.frame.box)
-    throw InputError("the map does not say its \"box\": nothing says where to paint");
+  Paint paint = empty_paint_of(map);
   if (options.thickness && !map.frame.detail) {
     throw InputError("the map does not say its \"detail\", which the thickness bounds");
   }
   const ShapeToMap& to_map = map.frame.shape_to_map;
   const Box box = to_map.to_map(*map.frame.box);
-  Paint paint = empty_paint(box);
   std::vector<double> shares(paint.size(), options.elsewhere);
   if (options.ramp) {
     const PaintRamp& ramp = *options.ramp;
@@ -338,10 +349,7 @@ Paint painted(const Device& device, const Map& map, const PaintOptions& options,
     for (const PaintBlock& block : options.blocks) {
       share = std::lerp(share, block.share, weight_of(beyond(block.box, at), step));
     }
-    for (const PaintBall& ball : options.balls) {
-      const double out = std::max(0.0, (at - ball.center).norm() - ball.radius);
-      share = std::lerp(share, ball.share, weight_of(out, step));
-    }
+    for (const PaintBall& ball : options.balls) share = under_ball(share, ball, at, step);
   });
   if (options.thickness) {
     const auto most = of_thickness(device, map, paint, box, *options.thickness, monitor);
@@ -350,6 +358,27 @@ Paint painted(const Device& device, const Map& map, const PaintOptions& options,
   }
   std::ranges::transform(shares, paint.shares.begin(), painted_share);
   paint.validate();
+  return paint;
+}
+
+Paint painted_over(const Map& map, const std::vector<PaintBall>& balls) {
+  PaintOptions{.balls = balls}.validate();
+  map.validate();
+  Paint paint;
+  if (map.layers.paint) {
+    paint = *map.layers.paint;
+  } else {
+    paint = empty_paint_of(map);
+    std::ranges::fill(paint.shares, std::uint8_t{Paint::kWhole});
+  }
+  const ShapeToMap& to_map = map.frame.shape_to_map;
+  for_cells(paint, [&](std::size_t number, const Vector3d& x) {
+    double share = (paint.shares[number] + 1.0) / (Paint::kWhole + 1);
+    for (const PaintBall& ball : balls) {
+      share = under_ball(share, ball, to_map.to_shape(x), paint.step / to_map.scale);
+    }
+    paint.shares[number] = painted_share(share);
+  });
   return paint;
 }
 

@@ -27,10 +27,14 @@ constexpr int kMostTries = 64;
 constexpr double kBody = 1.5;
 /// A tip's direction is that from the middle of the surface this far around it, map units.
 constexpr double kTipReach = 0.4;
+/// A copy that is planted stands across the surface this far around its place, map units.
+constexpr double kFootReach = 0.15;
 /// A copy is sunk into the shape by this share of its height.
 constexpr double kSunk = 0.06;
 /// What the set reaches beyond the shape, of its radius.
 constexpr double kBeyond = 1.06;
+/// Balls that hold copies on copies are so many times as wide as they must be.
+constexpr double kJust = 1.01;
 /// The smallest copy that is reported, as a share of the shape's size.
 constexpr double kSmallestSeen = 0.01;
 
@@ -93,11 +97,46 @@ Vector3d outward(const TriangleMesh& mesh, const Vector3d& tip) {
   return away.norm() > 0 ? Vector3d(away.normalized()) : Vector3d(tip.normalized());
 }
 
+/// The mean normal of the surface about one of its vertices, on the vertex's own side of thin
+/// limbs.
+Vector3d facing(const TriangleMesh& mesh, std::size_t vertex) {
+  const Vector3d& place = mesh.vertices[vertex];
+  const auto normal = [&](const Triangle& triangle) {
+    const auto& [a, b, c] = triangle;
+    const Vector3d& x = mesh.vertices[a];
+    return Vector3d((mesh.vertices[b] - x).cross(mesh.vertices[c] - x));
+  };
+  Vector3d own = Vector3d::Zero();
+  for (const Triangle& triangle : mesh.triangles) {
+    if (std::ranges::count(triangle, vertex) > 0) own += normal(triangle);
+  }
+  Vector3d sum = Vector3d::Zero();
+  for (const Triangle& triangle : mesh.triangles) {
+    if ((mesh.vertices[triangle[0]] - place).norm() > kFootReach) continue;
+    if (const Vector3d n = normal(triangle); n.dot(own) > 0) sum += n;
+  }
+  return sum.norm() > 0 ? Vector3d(sum.normalized()) : outward(mesh, place);
+}
+
+/// A ball that holds the mesh.
+struct Ball {
+  Vector3d middle;
+  double radius = 0;
+};
+
+Ball ball_about(const TriangleMesh& mesh) {
+  Ball ball{mesh.box().center()};
+  for (const Vector3d& x : mesh.vertices) {
+    ball.radius = std::max(ball.radius, (x - ball.middle).norm());
+  }
+  return ball;
+}
+
 /// A portal whose copy of the mesh stands on `tip`, its foot towards the shape.
-/// @param middle, radius of a ball that holds the mesh.
-Portal copy_on(const TriangleMesh& mesh, const Vector3d& middle, double radius, const Vector3d& tip,
+/// @param ball that holds the mesh. @param up away from the shape.
+Portal copy_on(const TriangleMesh& mesh, const Ball& ball, const Vector3d& tip, const Vector3d& up,
                const PortalOptions& options) {
-  const Vector3d up = outward(mesh, tip);
+  const auto& [middle, radius] = ball;
   double lowest = 0, highest = 0;
   for (const Vector3d& x : mesh.vertices) {
     const double height = up.dot(x - middle);
@@ -130,6 +169,24 @@ bool has_room(const Portal& portal, const std::vector<Portal>& others) {
   });
 }
 
+/// The shape's own surface, as proposals and planted copies need it.
+/// @throws InputError when the slice is another one than W = 0.
+TriangleMesh surface_to_stand_on(const Device& device, const Map& map,
+                                 const ProgressMonitor& monitor) {
+  map.validate();
+  if (map.dynamics.slice != 0) {
+    throw InputError(fmt::format(
+        "portals can stand only on the slice W = 0, and the map's is W = {}", map.dynamics.slice));
+  }
+  return own_surface(device, without_portals(map), monitor);
+}
+
+/// Whether a copy's middle lies outside of the shape: otherwise it would not be seen.
+/// @param shape the map's field without portals.
+bool stands_off(const Field& shape, const Map& map, const Portal& portal) {
+  return shape.at(on_slice({&portal.center, 1}, 0)).front() > map.dynamics.surface_level;
+}
+
 /// Balls that hold the copies' own portals too: ρ s ≥ D + ρ, with D the farthest centre from where
 /// centres lead. @param room how many times so wide they are. @return none if they would have
 /// points in common.
@@ -155,28 +212,15 @@ void PortalOptions::validate() const { expect_in_ranges(portal_settings(), *this
 std::vector<Portal> proposed_portals(const Device& device, const Map& map,
                                      const PortalOptions& options, const ProgressMonitor& monitor) {
   options.validate();
-  map.validate();
-  if (map.dynamics.slice != 0) {
-    throw InputError(
-        fmt::format("portals can be proposed only for the slice W = 0, and the map's is W = {}",
-                    map.dynamics.slice));
-  }
-  const TriangleMesh mesh = own_surface(device, without_portals(map), monitor);
-  const Vector3d middle = mesh.box().center();
-  double radius = 0, nearest = std::numeric_limits<double>::infinity();
-  for (const Vector3d& x : mesh.vertices) {
-    radius = std::max(radius, (x - middle).norm());
-    nearest = std::min(nearest, x.norm());
-  }
+  const TriangleMesh mesh = surface_to_stand_on(device, map, monitor);
+  const Ball ball = ball_about(mesh);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vector3d& x : mesh.vertices) nearest = std::min(nearest, x.norm());
   std::vector<std::size_t> body;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     if (mesh.vertices[i].norm() <= kBody * nearest) body.push_back(i);
   }
-  const Field field(device, without_portals(map));
-  // A copy whose middle lies inside the shape would not be seen.
-  const auto stands_off = [&](const Portal& portal) {
-    return field.at(on_slice({&portal.center, 1}, 0)).front() > map.dynamics.surface_level;
-  };
+  const Field shape(device, without_portals(map));
   EdgeDistances distances(mesh);
   distances.add(body);
   std::vector<Portal> portals;
@@ -184,8 +228,9 @@ std::vector<Portal> proposed_portals(const Device& device, const Map& map,
     throw_if_stopped(monitor.stop);
     const std::size_t tip = distances.farthest();
     distances.add({tip});
-    const Portal portal = copy_on(mesh, middle, radius, mesh.vertices[tip], options);
-    if (has_room(portal, portals) && stands_off(portal)) portals.push_back(portal);
+    const Vector3d& at = mesh.vertices[tip];
+    const Portal portal = copy_on(mesh, ball, at, outward(mesh, at), options);
+    if (has_room(portal, portals) && stands_off(shape, map, portal)) portals.push_back(portal);
   }
   if (portals.empty()) {
     throw OptionError(
@@ -197,11 +242,41 @@ std::vector<Portal> proposed_portals(const Device& device, const Map& map,
   }
   // A camera can dive into a portal where there is room about the point to which copies shrink
   // (tools/film/dive.hpp).
-  constexpr double kWide = 1.5, kJust = 1.01;
+  constexpr double kWide = 1.5;
   for (const double room : {kWide, kJust}) {
     if (const auto wide = with_room_for_copies(portals, room)) return *wide;
   }
   return portals;
+}
+
+std::vector<Portal> planted_portals(const Device& device, const Map& map, const Vector3d& place,
+                                    double size, const ProgressMonitor& monitor) {
+  const PortalOptions options{.size = size};
+  options.validate();
+  if (!place.allFinite()) throw OptionError("place", "it is not finite");
+  std::vector<Portal> portals = map.layers.portals;
+  if (std::ssize(portals) >= kMostPortals) {
+    throw InputError(
+        fmt::format("the map has {} portals, the most that a map holds", portals.size()));
+  }
+  const TriangleMesh mesh = surface_to_stand_on(device, map, monitor);
+  const Vector3d wanted = map.frame.shape_to_map.to_map(place);
+  const auto nearest = std::ranges::min_element(
+      mesh.vertices, {}, [&](const Vector3d& x) { return (x - wanted).squaredNorm(); });
+  const auto foot = static_cast<std::size_t>(nearest - mesh.vertices.begin());
+  const Portal portal = copy_on(mesh, ball_about(mesh), *nearest, facing(mesh, foot), options);
+  const auto refuse = [&](const char* why) {
+    throw OptionError("size", fmt::format("a copy of {:.3g} of the shape's size would {}; give a "
+                                          "smaller size, or another place",
+                                          size, why));
+  };
+  if (!has_room(portal, {})) refuse("cover the origin of iteration");
+  if (!has_room(portal, portals)) refuse("reach into another copy's ball");
+  if (!stands_off(Field(device, without_portals(map)), map, portal)) {
+    refuse("stand inside the shape");
+  }
+  portals.push_back(portal);
+  return with_room_for_copies(portals, kJust).value_or(portals);
 }
 
 int visible_depth(const std::vector<Portal>& portals) {

@@ -118,6 +118,9 @@ TEST_CASE("hostile numbers of paint and portals are refused by name") {
     paints(std::isfinite(x), "balls", [&](auto& o) { o.balls = {{v, 1, 0.5}}; });
     paints(is_positive(x), "balls", [&](auto& o) { o.balls = {{{0, 0, 0}, x, 0.5}}; });
     paints(is_share, "balls", [&](auto& o) { o.balls = {{{0, 0, 0}, 1, x}}; });
+    takes(is_positive(x), "painted_over", "balls", [&] {
+      painted_over(map, {{{0, 0, 0}, x, 0.5}}).validate();
+    });
     paints(std::isfinite(x) && x < 1, "blocks", [&](auto& o) {
       o.blocks = {{Box{{x, x, x}, {1, 1, 1}}, 0.5}};
     });
@@ -141,6 +144,12 @@ TEST_CASE("hostile numbers of paint and portals are refused by name") {
       options.size = x;
       proposed_portals(fit_device(), map, options);
     });
+    takes(is_within(x, 0.02, 0.6), "planted_portals", "size", [&] {
+      planted_portals(fit_device(), map, {0, 0, 0}, x);
+    });
+    if (!std::isfinite(x)) {
+      takes(false, "planted_portals", "place", [&] { planted_portals(fit_device(), map, v, 0.2); });
+    }
     for (const double scale : {x, 1 + 1e-16 * x}) {
       accepts("visible_depth",
               [&] { return is_within(visible_depth({scaled_portal(scale)}), 0, 1000); });

@@ -286,6 +286,14 @@ void for_map_functions(const Map& map, const std::filesystem::path& folder, cons
     paint.validate();
     CHECK(paint.at(paint.center(2, 2, 2)) == Catch::Approx(0.5).margin(0.01));
   });
+  use("painted_over", Has::scale, [&] {
+    painted_over(map, {{Eigen::Vector3d::Zero(), 1, 0.5}}).validate();
+  });
+  use("planted_portals", Has::room, [&] {
+    const Portal tip = proposed_portals(map_device(), map, {.count = 1, .size = 0.1}).at(0);
+    const Eigen::Vector3d place = map.frame.shape_to_map.to_shape(tip.center);
+    return planted_portals(map_device(), map, place, 0.1).size() == map.layers.portals.size() + 1;
+  });
 }
 
 }  // namespace

@@ -258,6 +258,30 @@ TEST_CASE("balls, blocks, a ramp and what is elsewhere are painted in their orde
                     Catch::Matchers::ContainsSubstring("\"box\""));
 }
 
+TEST_CASE("balls are painted over what a map has, or over all of its detail") {
+  Map map = without_paint(painted_map());
+  const PaintBall smooth{{0.3, 0.2, 0}, 0.3, 0.25}, rough{{-0.4, 0, 0}, 0.2, 0.75};
+  const Paint once = painted_over(map, {smooth, rough});
+  CHECK(once == painted(test::shared_device(), map, {.balls = {smooth, rough}}));
+  // One after the other, each to the nearest share that a paint holds.
+  map.layers.paint = painted_over(map, {smooth});
+  const Paint twice = painted_over(map, {rough});
+  REQUIRE(twice.shares.size() == once.shares.size());
+  for (std::size_t i = 0; i < once.shares.size(); ++i) {
+    CHECK(std::abs(int{twice.shares[i]} - int{once.shares[i]}) <= 1);
+  }
+  CHECK(painted_over(map, {}) == *map.layers.paint);
+  // Paint that the map has keeps its cells, and needs no box.
+  map.layers.paint = test::patchy_paint();
+  map.frame.box.reset();
+  const Paint over = painted_over(map, {{{0, 0, 0}, 100, 1}});
+  CHECK(over.cells == test::patchy_paint().cells);
+  CHECK(std::ranges::count(over.shares, Paint::kWhole) == std::ssize(over.shares));
+  map.layers.paint.reset();
+  CHECK_THROWS_AS(painted_over(map, {smooth}), InputError);
+  CHECK_THROWS_AS(painted_over(map, {{{0, 0, 0}, 1, 1.5}}), OptionError);
+}
+
 TEST_CASE("a mesh's shares are where the mesh is, and go on from there") {
   const Map map = test::distance_map(0.05);
   PaintOptions options;

@@ -400,3 +400,47 @@ TEST_CASE("portals are proposed on tips, apart from each other and clear of the 
   options.count = 0;
   CHECK_THROWS_WITH(options.validate(), Catch::Matchers::ContainsSubstring("count"));
 }
+
+TEST_CASE("a copy is planted on the nearest point, clear of others and of the origin") {
+  const Map map = test::distance_map(0.05);
+  const auto plant = [](const Map& on, const Vector3d& place, double size) {
+    const auto portals = planted_portals(test::shared_device(), on, place, size);
+    REQUIRE(portals.size() == on.layers.portals.size() + 1);
+    return portals.back();
+  };
+  // Across the surface on the small ball's far side, as a proposal stands on the tip there.
+  const auto proposed = proposed_portals(test::shared_device(), map, {.count = 1, .size = 0.25});
+  const Vector3d tip = map.frame.shape_to_map.to_shape(proposed.at(0).center);
+  const Portal copy = plant(map, tip, 0.25);
+  CHECK(copy.scale == Catch::Approx(4));
+  CHECK(copy.destination == proposed[0].destination);
+  CHECK((copy.center - proposed[0].center).norm() < 0.2);
+  // From far above the large ball it stands on its top, and its middle above it.
+  const Box box = map.frame.shape_to_map.to_map(*map.frame.box);
+  const Vector3d above(0, box.high.y() + 3, 0);
+  const Portal top = plant(map, map.frame.shape_to_map.to_shape(above), 0.2);
+  CHECK(top.center.y() > box.high.y());
+  CHECK(std::hypot(top.center.x(), top.center.z()) < 0.3);
+  Map with = map;
+  with.layers.portals = {copy};
+  with.layers.portals =
+      planted_portals(test::shared_device(), with, map.frame.shape_to_map.to_shape(above), 0.2);
+  REQUIRE(with.layers.portals.size() == 2);
+  CHECK_NOTHROW(with.validate());
+  CHECK(with.layers.portals[0].center == copy.center);
+  CHECK(with.layers.portals[1].center == top.center);
+  for (const Portal& portal : with.layers.portals) {
+    for (const Portal& other : with.layers.portals) {  // the ball holds the other's copy on its own
+      CHECK((other.center - portal.destination).norm() + portal.radius <=
+            portal.radius * portal.scale);
+    }
+  }
+  using Catch::Matchers::ContainsSubstring;
+  CHECK_THROWS_WITH(plant(with, tip, 0.25), ContainsSubstring("another copy's ball"));
+  CHECK_THROWS_WITH(plant(map, tip, 0.7), ContainsSubstring("size"));
+  with.layers.portals.assign(kMostPortals, copy);
+  CHECK_THROWS_AS(plant(with, tip, 0.2), InputError);
+  Map slice = map;
+  slice.dynamics.slice = 0.1;
+  CHECK_THROWS_WITH(plant(slice, tip, 0.2), ContainsSubstring("slice"));
+}

@@ -236,6 +236,54 @@ def check_files(tab):
     tab.wait(200)
 
 
+CHOOSE = "(() => { const s = document.querySelector('select[name=brush]'); s.value = '%s'; s.dispatchEvent(new Event('change')); })()"
+
+
+def places_of(tab):
+    """What makes a place of the window of shares of the picture's sides."""
+    left, top, wide, high = tab.run("(() => { const b = document.getElementById('canvas').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()")
+    return lambda x, y: (left + x * wide, top + y * high)
+
+
+def check_brush(tab):
+    """A stroke over the picture paints the set, a click plants a copy, and both are taken back."""
+    open_controls(tab)
+    tab.run("qjulia.change({ look: null, zoom: 1 }); 0")
+    tab.wait(200)
+    before = tab.run("document.getElementById('canvas').toDataURL()")
+    at = places_of(tab)
+    tab.run(CHOOSE % "paint")
+    azimuth = tab.run("qjulia.state.azimuth")
+    for kind, (x, y), buttons in (("mousePressed", at(0.45, 0.45), 1), ("mouseMoved", at(0.55, 0.5), 1)):
+        tab.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=buttons, clickCount=1)
+    seen = tab.run("document.querySelectorAll('.trail').length")
+    x, y = at(0.55, 0.5)
+    tab.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1)
+    check(seen == 1, "a stroke is seen where it goes")
+    tab.until("document.title === 'ball_painted.qjulia.json'", 60)
+    tab.wait(200)
+    painted = tab.run("document.getElementById('canvas').toDataURL()")
+    check(painted != before and tab.run("qjulia.state.azimuth") == azimuth and tab.run("document.querySelectorAll('.trail').length") == 0, "it paints the set, and turns nothing")
+    check("ball_painted.qjulia.json" in tab.run("qjulia.renderCommand()"), "and commands name what is seen")
+    tab.screenshot(folder / "painted.png")
+    tab.run(CHOOSE % "plant")
+    tab.drag(*at(0.5, 0.4), *at(0.5, 0.4))
+    tab.until("document.title === 'ball_painted_portals.qjulia.json'", 60)
+    tab.wait(200)
+    check(tab.run("document.getElementById('canvas').toDataURL()") != painted, "a click plants a copy")
+    tab.screenshot(folder / "planted.png")
+    for title in ("ball_painted.qjulia.json", "ball.qjulia.json"):
+        press(tab, "Take back")
+        tab.until(f"document.title === '{title}'", 60)
+        tab.wait(200)
+    check(tab.run("document.getElementById('canvas').toDataURL()") == before, "and all is taken back")
+    tab.run(CHOOSE % "look")
+    press(tab, "Take back")
+    tab.until("document.getElementById('note').textContent.includes('left to take back')", 30)
+    tab.run("qjulia.change({ azimuth: 30 }); 0")
+    tab.wait(200)
+
+
 def check_help(tab):
     """On a phone, what a control does is said where it is touched."""
     tab.be_phone(360, 640)
@@ -254,6 +302,27 @@ def check_help(tab):
     tab.screenshot(folder / "help.png")
 
 
+def check_finger(tab):
+    """On a phone, a finger paints."""
+    tab.run(CHOOSE % "paint")
+    tab.run("document.getElementById('panel').scrollTop = 0; 0")
+    tab.wait(200)
+    at, before, azimuth = places_of(tab), tab.run("document.getElementById('canvas').toDataURL()"), tab.run("qjulia.state.azimuth")
+    tab.touch((at(0.45, 0.45), at(0.55, 0.55)), (at(0.6, 0.5), at(0.6, 0.5)), steps=2)
+    tab.rest(1)
+    tab.wait(200)
+    check(tab.run("document.title") == "ball.qjulia.json" and tab.run("document.querySelectorAll('.trail').length") == 0, "two fingers paint nothing")
+    tab.run(f"qjulia.change({{ look: null, zoom: 1, azimuth: {azimuth} }}); 0")
+    tab.wait(200)
+    tab.touch((at(0.45, 0.45), at(0.55, 0.55)), steps=4)
+    tab.until("document.title === 'ball_painted.qjulia.json'", 60)
+    tab.wait(200)
+    check(tab.run("document.getElementById('canvas').toDataURL()") != before and tab.run("qjulia.state.azimuth") == azimuth, "a finger paints on a phone, and turns nothing")
+    tab.screenshot(folder / "finger.png")
+    press(tab, "Take back")
+    tab.until("document.title === 'ball.qjulia.json'", 60)
+
+
 def main():
     fit_ball()
     run("share", "ball.qjulia.json", "-o", "ball.html", "--quiet")
@@ -270,10 +339,12 @@ def main():
         tab.wait(200)
         open_controls(tab)
         check_looks(tab)
+        check_brush(tab)
         check_files(tab)
         open_controls(tab)
         check_page(tab, "served")
         check_help(tab)
+        check_finger(tab)
         check_errors(tab)
 
 

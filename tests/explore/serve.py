@@ -269,12 +269,55 @@ def check_files():
             check(answer.startswith(b"HTTP/1.1 413 "), f"nor one that {what}: {answer[:30]}")
         server.raw((head + "Content-Length: 500\r\n\r\nv 0 0 0\n").encode())
         check(server.is_well(), "nor one that is cut off")
-        half = socket.create_connection(("127.0.0.1", server.port))
-        half.sendall((head + "Content-Length: 500\r\n\r\nv 0").encode())
-        check(comes_to(lambda: send("/shape", "x.obj", mesh)[0] == 503) and server.is_well(),
-              "one at a time is taken, and pictures are drawn meanwhile")
-        half.close()
+
+        def takes_one():
+            with socket.create_connection(("127.0.0.1", server.port)) as half:  # refused while the one that was cut off is taken
+                half.sendall((head + "Content-Length: 500\r\n\r\nv 0").encode())
+                time.sleep(0.2)
+                return send("/shape", "x.obj", mesh)[0] == 503 and server.is_well()
+
+        check(comes_to(takes_one), "one at a time is taken, and pictures are drawn meanwhile")
         check(comes_to(lambda: send("/shape", "x.obj", mesh)[2] == b"=x.qjulia.json") and server.is_well(), "and then the next one")
+
+
+def check_brush():
+    """What the brush paints is what 'paint' paints there; copies are portals; what is wrong is said, and strokes can be taken back."""
+    with Server(qjulia, folder, "ball.qjulia.json") as server:
+        view = "size=80x60&samples=1&draft=1"
+        map_now = lambda: without_provenance(server.get("/map")[2][1:])
+        brush = lambda query: server.get(f"/brush?{query}", method="POST", client="brush")[2]
+        own = map_now()
+        point = json.loads(server.get(f"/point?{view}&at=0.5,0.45")[2][1:])
+        radius = 0.15 * max(high - low for low, high in zip(*own["box"]))
+        run("paint", "ball.qjulia.json", "-o", "painted.qjulia.json", "--ball", *point, repr(radius), 0.25, "--device", "cpu", "--quiet")
+        said = brush(f"{view}&places=0.5,0.45&radius=0.15&share=0.25")
+        check(said == b"=ball_painted.qjulia.json" and map_now() == without_provenance((folder / "painted.qjulia.json").read_text()),
+              f"a stroke is a ball of 'paint': {said[:80]}")
+        check(b'data-map="ball_painted.qjulia.json"' in server.get(f"/?token={server.token}")[2], "whose page is then served")
+        once = map_now()
+        said = brush(f"{view}&share=0")
+        everywhere = map_now()
+        shares = zlib.decompress(base64.b64decode(everywhere["paint"]["data"]))
+        check(said[:1] == b"=" and len(shares) > 64 and set(shares) == {0} and everywhere["paint"] != once["paint"], "all of the set is painted")
+        said = brush(f"{view}&places=0.5,0.3&copy=0.2")
+        check(said == b"=ball_painted_portals.qjulia.json" and len(map_now()["portals"]) == 1, f"a copy is planted on it: {said[:80]}")
+        taken = [server.get("/takeback", method="POST", client="brush")[2] for _ in range(4)]
+        check(taken[0] == taken[1] == b"=ball_painted.qjulia.json" and taken[2] == b"=ball.qjulia.json" and taken[3][:1] == b"!" and map_now() == own,
+              f"all of it is taken back: {taken[3][:80]}")
+        planted = []
+        for turned in ("azimuth=30", "azimuth=120&rotate=0,1,0,90"):
+            check(brush(f"{view}&{turned}&places=0.5,0.3&copy=0.2")[:1] == b"=", f"a copy is planted with {turned}")
+            planted.append(map_now()["portals"][0]["center"])
+            server.get("/takeback", method="POST", client="brush")
+        off = math.dist(*planted)
+        check(off < 0.05, f"where the set is turned, a copy stands where it is seen: off by {off:.3f}")
+        for query, says in ((f"{view}&places=0.01,0.01", b"missed the set"), (f"{view}&places=0.01,0.01&copy=0.2", b"missed the set"),
+                            (f"{view}&places=0.5,0.45&copy=9", b"copy"), ("size=2000x2000&places=0.5,0.45", b"at most"), (f"{view}&places=0.5,0.45&rotate=0,0,1,30", b"rotate"),
+                            (f"{view}&places=7,7", b"places"), (f"{view}&radius=x", b"radius"), ("zzz=1", b"unknown name")):
+            said = brush(query)
+            check(says in said and said[:1] != b"=", f"/brush?{query}: {said[:100]}")
+        check(map_now() == own and server.is_well(), "and the map stays as it was")
+        check(server.status("/brush") == 405 and server.status("/brush", token="0" * 32, method="POST") == 403, "it is no GET, and needs the token")
 
 
 def check_backdrop(tab, server):
@@ -393,6 +436,7 @@ def main():
         check_refusals(server)
         check_pictures(server)
         check_files()
+        check_brush()
         check_survival(server)
         check_page(server)
         check_ends(server, lambda: None, "Ctrl-C ends it")

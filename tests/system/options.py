@@ -567,6 +567,7 @@ VIEW_UNSEEN = {"draft": "pictures as small as these are as rough as drafts", "sh
                "exact": "maps of few factors have no tables", "escape": "the set lies within it",
                "precision": "pixels this large do not show it"}
 MAKE = {"make": "off", "resolution": "16", "millimetres": "40", "frames": "2"}
+BRUSH = {"places": "0.5,0.5", "radius": "0.3", "share": "0.2", "copy": "0.2"}
 
 
 class Bench:
@@ -720,6 +721,7 @@ class Bench:
         views = pages.names("/frame")
         made = [name for name in pages.names("/make") if name not in views]
         expect_same("requests to make a file", made, MAKE)
+        expect_same("requests to the brush", [name for name in pages.names("/brush", "POST") if name not in views], BRUSH)
         knobs = [name for name in views if f"--{name}" in self.knobs()]
         view = {name: (self.example("render", f"--{name}") or "").replace(" ", ",") for name in views
                 if f"--{name}" in self.settings("render")}
@@ -736,6 +738,20 @@ class Bench:
                 check(pages.frame({**usual, name: view[name]}) != pages.frame(usual),
                       f"a request's '{name}' changes nothing")
         self.ask_files(pages)
+        self.ask_brush(pages)
+
+    def ask_brush(self, pages):
+        """All that a page says of its brush changes what it does."""
+        view = {"size": "40x30", "samples": "1", "draft": "1"}
+        strokes = [{**view, "places": BRUSH["places"]}]
+        strokes += [{**strokes[0], name: BRUSH[name]} for name in ("radius", "share", "copy")]
+        made = []
+        for stroke in [view, *strokes]:
+            pages.get("/brush?" + urllib.parse.urlencode(stroke), "POST")
+            painted = json.loads(pages.get("/map"))
+            made.append(json.dumps([painted.get("paint"), painted.get("portals")]))
+            pages.get("/takeback", "POST")
+        check(len(set(made)) == len(made), f"of {len(made)} strokes only {len(set(made))} differ")
 
     def ask_files(self, pages):
         """A page makes the same files as the commands."""
@@ -850,16 +866,16 @@ class Pages:
         self.host, port, self.token = re.fullmatch(r"http://(.+):(\d+)/\?token=([0-9a-f]+)", address).groups()
         self.port = int(port)
 
-    def ask(self, path):
+    def ask(self, path, method="GET"):
         connection = Connection(self.host, self.port, timeout=120)
-        connection.request("GET", path, headers={"X-Qjulia-Token": self.token, "X-Qjulia-Client": "test"})
+        connection.request(method, path, headers={"X-Qjulia-Token": self.token, "X-Qjulia-Client": "test"})
         answer = connection.getresponse()
         data = answer.read()
         connection.close()
         return answer.status, data
 
-    def get(self, path):
-        status, data = self.ask(path)
+    def get(self, path, method="GET"):
+        status, data = self.ask(path, method)
         while data[:1] == b"~":  # how far it was
             data = data[data.index(b"\n") + 1 :]
         if path != "/fit":
@@ -867,15 +883,15 @@ class Pages:
             data = data[1:]
         return data
 
-    def refused(self, path):
-        status, data = self.ask(path)
+    def refused(self, path, method="GET"):
+        status, data = self.ask(path, method)
         check(status == 400, f"{path} is answered by {status}")
         return data.decode()
 
-    def names(self, path):
+    def names(self, path, method="GET"):
         """The names that the server's error message lists."""
         query = "make=off&zzz=1" if path == "/make" else "zzz=1"
-        return re.search("it takes (.+)\n", self.refused(f"{path}?{query}")).group(1).split(", ")
+        return re.search("it takes (.+)\n", self.refused(f"{path}?{query}", method)).group(1).split(", ")
 
     def frame(self, query):
         return self.get("/frame?" + urllib.parse.urlencode(query))

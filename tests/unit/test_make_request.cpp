@@ -122,3 +122,31 @@ TEST_CASE("nothing else is made") {
                                 {{"make", "ply"}, {"file", "/etc/passwd"}}};
   for (const auto& query : bad) CHECK_THROWS_AS(read_make(query), InputError);
 }
+
+TEST_CASE("a brush has places, a width and a share, or plants one copy") {
+  const auto stroke = explore::read_brush(
+      {{"places", "0.25,1;0.5,0.5"}, {"radius", "0.2"}, {"share", "0.5"}, {"drift", "0.1"}});
+  CHECK(stroke.places == std::vector<Eigen::Vector2d>{{0.25, 1}, {0.5, 0.5}});
+  CHECK(stroke.radius == 0.2);
+  CHECK(stroke.share == 0.5);
+  CHECK(!stroke.copy);
+  CHECK(stroke.view.knobs.drift == 0.1);
+  CHECK(explore::read_brush({}).places.empty());
+  CHECK(explore::read_brush({{"places", "0,0"}, {"copy", "0.2"}}).copy == 0.2);
+  const auto refuses = [](const explore::Query& query, const char* named) {
+    CAPTURE(named);
+    CHECK_THROWS_WITH(explore::read_brush(query), Catch::Matchers::StartsWith(named));
+  };
+  refuses({{"places", "0.5"}}, "places: give 2 numbers");
+  refuses({{"places", "0,0;"}}, "places");
+  refuses({{"places", "2,0"}}, "places: give shares");
+  std::string many = "0,0";
+  for (std::size_t i = 0; i < explore::BrushRequest::kMostPlaces; ++i) many += ";0,0";
+  refuses({{"places", many}}, "places: give at most 256");
+  refuses({{"radius", "0"}}, "radius");
+  refuses({{"share", "-0.1"}}, "share");
+  refuses({{"copy", "x"}}, "copy");
+  refuses({{"copy", "0.2"}}, "places: give exactly one place");
+  refuses({{"copy", "0.2"}, {"places", "0,0;1,1"}}, "places: give exactly one place");
+  refuses({{"zzz", "1"}}, "a request has an unknown name; it takes copy, places, radius, share");
+}

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "qjulia/base/error.hpp"
+#include "qjulia/edit/painting.hpp"
+#include "qjulia/edit/portal_choice.hpp"
 #include "qjulia/map/map_file.hpp"
 
 namespace qjulia::explore {
@@ -91,21 +93,85 @@ std::string Painter::picture(const ViewRequest& view, const ProgressMonitor& mon
   return png_bytes(image, {}, Packing::quick);
 }
 
-std::string Painter::point(const ViewRequest& view, const ProgressMonitor& monitor) {
+std::vector<std::optional<Eigen::Vector3d>> Painter::points(
+    const ViewRequest& view, const std::vector<Eigen::Vector2d>& places,
+    const ProgressMonitor& monitor) {
   Studio& seen = studio(view, monitor.stop);
   const auto [width, height] = std::pair(view.picture.width, view.picture.height);
   seen.resize(width, height);
+  const PictureLayers layers = seen.layered_picture(view.picture.camera, monitor).layers;
   const auto pixel = [](double share, int side) {
     return std::min(static_cast<std::size_t>(share * side), static_cast<std::size_t>(side - 1));
   };
-  const std::size_t at =
-      pixel(view.at.y(), height) * static_cast<std::size_t>(width) + pixel(view.at.x(), width);
-  const PictureLayers layers = seen.layered_picture(view.picture.camera, monitor).layers;
-  // The ground has a position, too.
-  const std::span<const float> mask(layers.mask.data() + 3 * at, 3),
-      position(layers.position.data() + 3 * at, 3);
-  if (mask[0] + mask[2] <= 0 || !std::isfinite(position[0])) return "null";
-  return nlohmann::json(position).dump();
+  std::vector<std::optional<Eigen::Vector3d>> found;
+  for (const Eigen::Vector2d& place : places) {
+    const std::size_t at =
+        pixel(place.y(), height) * static_cast<std::size_t>(width) + pixel(place.x(), width);
+    // The ground has a position, too.
+    const std::span<const float> mask(layers.mask.data() + 3 * at, 3);
+    const Eigen::Vector3d position =
+        Eigen::Vector3f(layers.position.data() + 3 * at).cast<double>();
+    auto& point = found.emplace_back();
+    if (mask[0] + mask[2] > 0 && position.allFinite()) point = position;
+  }
+  return found;
+}
+
+namespace {
+
+/// The one copy that the brush plants. @param seen where, on the shape as its knobs turn it.
+std::vector<Portal> planted(const Device& device, const Map& map, const BrushRequest& brush,
+                            Eigen::Vector3d seen, const ProgressMonitor& monitor) {
+  if (brush.view.knobs.rotate) {
+    const Eigen::Vector3d origin = map.frame.shape_to_map.to_shape(Eigen::Vector3d::Zero());
+    seen = origin + brush.view.knobs.rotate->matrix().transpose() * (seen - origin);
+  }
+  try {
+    return planted_portals(device, map, seen, *brush.copy, monitor);
+  } catch (const OptionError& error) {
+    throw InputError(fmt::format("copy: {}", error.problem()));
+  }
+}
+
+Paint painted_by(const Map& map, const BrushRequest& brush,
+                 const std::vector<std::optional<Eigen::Vector3d>>& seen) {
+  if (!map.frame.box) {
+    throw InputError("the map does not say its \"box\": nothing says how large the brush is");
+  }
+  const double longest = map.frame.box->size().maxCoeff();
+  if (brush.places.empty()) {
+    return painted_over(map, {{map.frame.box->center(), 2 * longest, brush.share}});
+  }
+  std::vector<PaintBall> balls;
+  for (const auto& point : seen) {
+    if (point) balls.push_back({*point, brush.radius * longest, brush.share});
+  }
+  if (balls.empty()) throw InputError("the stroke missed the set; begin on it");
+  return painted_over(map, balls);
+}
+
+}  // namespace
+
+Map Painter::brushed(const BrushRequest& brush, const ProgressMonitor& monitor) {
+  const MapKnobs& knobs = brush.view.knobs;
+  if (!brush.copy && knobs.rotate && knobs.rotate->degrees != 0) {
+    throw InputError("set 'rotate' to 0 before you paint: paint does not turn with the shape");
+  }
+  const auto seen = brush.places.empty() ? std::vector<std::optional<Eigen::Vector3d>>{}
+                                         : points(brush.view, brush.places, monitor);
+  Map map = map_;
+  if (brush.copy) {
+    if (!seen.front()) throw InputError("that click missed the set; click a point on it");
+    map.layers.portals = planted(device_, map, brush, *seen.front(), monitor);
+  } else {
+    map.layers.paint = painted_by(map, brush, seen);
+  }
+  with_knobs(device_, map, knobs);  // @throws where the map does not bear both
+  nlohmann::json provenance = map.provenance.json();
+  provenance.erase("job");  // it makes the map without the brush
+  provenance["brush"] = provenance.value("brush", 0) + 1;
+  map.provenance = provenance;
+  return map;
 }
 
 std::string Painter::map_file(const ViewRequest& view) {

@@ -2,8 +2,10 @@
 /// Pictures of one map with its knobs turned, and what they have in common kept.
 
 #include <list>
+#include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "explore/request.hpp"
 #include "qjulia/device/device.hpp"
@@ -30,9 +32,14 @@ class Painter {
 
   /// The bytes of a PNG file. @throws InputError for what the map does not bear, Interrupted
   std::string picture(const ViewRequest& view, const ProgressMonitor& monitor);
-  /// JSON: the point of the set that is seen at the view's place, shape units; null where there is
-  /// none. @throws InputError, Interrupted
-  std::string point(const ViewRequest& view, const ProgressMonitor& monitor);
+  /// The points of the set that are seen at places of the picture (shares of its sides, from the
+  /// upper left), shape units; none where no set is seen. @throws InputError, Interrupted
+  std::vector<std::optional<Eigen::Vector3d>> points(const ViewRequest& view,
+                                                     const std::vector<Eigen::Vector2d>& places,
+                                                     const ProgressMonitor& monitor);
+  /// The map with what the brush paints or plants. @throws InputError, also where the brush touches
+  /// no set; Interrupted
+  Map brushed(const BrushRequest& brush, const ProgressMonitor& monitor);
   /// The map with its knobs turned. @throws InputError
   const Map& turned(const ViewRequest& view);
   /// A map file's JSON of it.

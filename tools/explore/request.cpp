@@ -152,11 +152,11 @@ void read_environment_name(std::string_view text, ViewRequest& view) {
   view.picture.light.environment = text;
 }
 
-void read_place(std::string_view text, ViewRequest& view) {
+Eigen::Vector2d place_in(std::string_view text) {
   const std::vector<double> v = numbers(text, 2);
   const auto is_inside = [](double share) { return share >= 0 && share <= 1; };
   if (!std::ranges::all_of(v, is_inside)) throw InputError("give shares of the sides, 0 to 1");
-  view.at = {v[0], v[1]};
+  return {v[0], v[1]};
 }
 
 void read_shows(std::string_view text, ViewRequest& view) {
@@ -196,7 +196,7 @@ const Parts& parts() {
          {Changes::camera, [](auto text, auto& view) { view.is_steady = query_flag(text); }}},
         {"apart",
          {Changes::camera, [](auto text, auto& view) { view.is_apart = query_flag(text); }}},
-        {"at", {Changes::camera, read_place}},
+        {"at", {Changes::camera, [](auto text, auto& view) { view.at = place_in(text); }}},
         {"size", {Changes::size, read_size}},
         {"samples", {Changes::studio, read_samples}},
         {"shows", {Changes::studio, read_shows}}};
@@ -269,6 +269,26 @@ const std::map<std::string, MakePart, std::less<>>& make_parts() {
   return all;
 }
 
+void read_places(std::string_view text, BrushRequest& brush) {
+  const auto places = base::split(text, ';');
+  if (places.size() > BrushRequest::kMostPlaces) {
+    throw InputError(fmt::format("give at most {} places", BrushRequest::kMostPlaces));
+  }
+  for (const std::string& place : places) brush.places.push_back(place_in(place));
+}
+
+/// What a name of a request to the brush does, besides those of views.
+using BrushPart = std::function<void(std::string_view, BrushRequest&)>;
+
+const std::map<std::string, BrushPart, std::less<>>& brush_parts() {
+  static const std::map<std::string, BrushPart, std::less<>> all{
+      {"places", read_places},
+      {"radius", [](auto text, auto& brush) { brush.radius = number_between(text, 1e-3, 1.0); }},
+      {"share", [](auto text, auto& brush) { brush.share = number_between(text, 0.0, 1.0); }},
+      {"copy", [](auto text, auto& brush) { brush.copy = query_number<double>(text); }}};
+  return all;
+}
+
 /// The names of a table, with commas between them.
 template <class Table>
 std::string names_of(const Table& table) {
@@ -304,6 +324,16 @@ ViewRequest view_of(const Query& query, const std::string& names) {
   return view;
 }
 
+/// Reads the names of a table, and the view that the others ask for.
+template <class Table, class Request>
+void read_besides(const Table& table, Query& query, Request& request) {
+  for (const auto& [name, take] : table) {
+    const auto text = taken(query, name);
+    if (text) naming(name, [&, &read_part = take] { read_part(*text, request); });
+  }
+  request.view = view_of(query, fmt::format("{}, {}", names_of(table), names_of(parts())));
+}
+
 }  // namespace
 
 ViewRequest read_view(const Query& query) { return view_of(query, names_of(parts())); }
@@ -311,11 +341,7 @@ ViewRequest read_view(const Query& query) { return view_of(query, names_of(parts
 MakeRequest read_make(Query query) {
   MakeRequest made;
   if (!query.contains("make")) query.emplace("make", "");  // the error then lists the values
-  for (const auto& [name, take] : make_parts()) {
-    const auto text = taken(query, name);
-    if (text) naming(name, [&, &read_part = take] { read_part(*text, made); });
-  }
-  made.view = view_of(query, fmt::format("{}, {}", names_of(make_parts()), names_of(parts())));
+  read_besides(make_parts(), query, made);
   const PictureOptions& picture = made.view.picture;
   const bool is_printed =
       base::has_type("made" + made.extension, base::FileContent::mesh, base::FileUse::print);
@@ -329,6 +355,20 @@ MakeRequest read_make(Query query) {
     throw InputError("so many pictures are too large for a page: give fewer, or a smaller size");
   }
   return made;
+}
+
+BrushRequest read_brush(Query query) {
+  BrushRequest brush;
+  read_besides(brush_parts(), query, brush);
+  if (brush.copy && brush.places.size() != 1) {
+    throw InputError("places: give exactly one place for a copy");
+  }
+  const PictureOptions& picture = brush.view.picture;
+  if (picture.height > BrushRequest::kMostPixels / picture.width || picture.samples > 1) {
+    throw InputError(fmt::format("size: points are looked for in at most {} pixels of one sample",
+                                 BrushRequest::kMostPixels));
+  }
+  return brush;
 }
 
 std::string message_of(const OptionError& error) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "qjulia/base/error.hpp"
 #include "qjulia/map/knobs.hpp"
@@ -54,6 +55,24 @@ struct MakeRequest {
 /// Names are those of `read_view`, and `make` (a mesh's type, such as "ply", or "png" or
 /// "turntable"), `resolution`, `millimetres`, `frames`. @throws InputError naming what is wrong
 MakeRequest read_make(Query query);
+
+/// What a page's brush does to the map.
+struct BrushRequest {
+  static constexpr std::size_t kMostPlaces = 256;
+  static constexpr int kMostPixels = 1 << 21;  ///< of the picture in which points are looked for
+
+  ViewRequest view;
+  /// Where the brush is put, shares of the picture's sides from the upper left; none: the whole set
+  /// is painted.
+  std::vector<Eigen::Vector2d> places;
+  double radius = 0.1;         ///< of the brush, as a share of the longest side of the map's box
+  double share = 0;            ///< of the detail that painted places have, 0 to 1
+  std::optional<double> copy;  ///< a copy of this size is planted at the one place instead
+};
+
+/// Names are those of `read_view`, and `places` (such as "0.5,0.4;0.52,0.4"), `radius`, `share`,
+/// `copy`. @throws InputError naming what is wrong
+BrushRequest read_brush(Query query);
 
 /// What is wrong with an option, under its name in a query: "look_at" is "look-at".
 std::string message_of(const OptionError& error);

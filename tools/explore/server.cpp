@@ -48,8 +48,10 @@ constexpr const char* kStop = "/stop";        ///< what ends a fit
 constexpr const char* kShape = "/shape";      ///< a mesh comes, whose exact map is shown
 constexpr const char* kGrooves = "/grooves";  ///< a map comes, whose versor is taken
 constexpr const char* kFirst = "/first";      ///< the server's own map is shown again
-constexpr const char* kRefit = "/refit";      ///< a map is fitted to the mesh that came last
-constexpr const char* kOwn = "";              ///< the client that no page can be
+constexpr const char* kBrush = "/brush";      ///< the shown map is painted, or a copy planted on it
+constexpr const char* kTakeBack = "/takeback";  ///< the last of these is undone
+constexpr const char* kRefit = "/refit";        ///< a map is fitted to the mesh that came last
+constexpr const char* kOwn = "";                ///< the client that no page can be
 
 /// 32 hexadecimal digits that nobody can guess.
 std::string random_token() {
@@ -96,11 +98,11 @@ struct Address {
   sockaddr* get() { return reinterpret_cast<sockaddr*>(&bytes); }
 };
 
-/// bunny.qjulia.json becomes bunny_grooved.qjulia.json, and stays.
-std::string grooved_name(const std::string& file) {
-  constexpr std::string_view kMark = "_grooved";
+/// With "_grooved", bunny.qjulia.json becomes bunny_grooved.qjulia.json; a name that has the mark
+/// stays as it is.
+std::string marked_name(const std::string& file, std::string_view mark) {
   const std::string name = file.substr(0, std::min(file.rfind(".qjulia"), file.rfind('.')));
-  return fmt::format("{}{}.qjulia.json", name, name.ends_with(kMark) ? "" : kMark);
+  return fmt::format("{}{}.qjulia.json", name, name.find(mark) == std::string::npos ? mark : "");
 }
 
 /// The host as browsers name it: addresses in their shortest form, names in lower case.
@@ -158,6 +160,16 @@ void ServerOptions::validate() const {
 struct Server::Impl {
   using Work = Job::Work;
 
+  /// What was shown before the brush changed it.
+  struct Stroke {
+    Layers layers;
+    Provenance provenance;
+    std::string file;
+    bool was_first;
+    std::vector<Eigen::Vector3d> outline;
+  };
+  static constexpr std::size_t kMostStrokes = 64;
+
   Impl(const Device& device, std::optional<FitTask> fit_task, const std::string& named,
        const ServerOptions& options)
       : host(usual_form(options.host)),
@@ -181,23 +193,28 @@ struct Server::Impl {
         fmt::format("'{}' is no address of this machine; give one, such as 127.0.0.1", host));
   }
 
-  /// From now on the page is the map's. @param named the name of its file. @param mesh that a page
-  /// has brought, if the map is of one.
-  void show(const Map& map, const std::string& named,
-            std::shared_ptr<const TriangleMesh> mesh = nullptr, bool is_the_first = false) {
-    painter.show(map);
-    std::vector<Eigen::Vector3d> outline = box_outline(map);
+  std::vector<Eigen::Vector3d> outline_of(const Map& map) const {
     try {
-      outline = page_outline(painter.device(), map);
+      return page_outline(painter.device(), map);
     } catch (const Error&) {
-      // The page's first picture says what is wrong.
+      return box_outline(map);  // the page's first picture says what is wrong
     }
+  }
+
+  /// From now on the page is the map's. @param named the name of its file. @param mesh that a page
+  /// has brought, if the map is of one. @param known the page's outline; empty: it is found.
+  void show(const Map& map, const std::string& named,
+            std::shared_ptr<const TriangleMesh> mesh = nullptr, bool is_the_first = false,
+            std::vector<Eigen::Vector3d> known = {}) {
+    painter.show(map);
+    outline = known.empty() ? outline_of(map) : std::move(known);
+    strokes.clear();
     const std::lock_guard lock(mutex);
     file = named;
     brought = std::move(mesh);
     is_first = is_the_first;
     page = served_page(map, file, outline);
-    turned = [map, outline](const Rotation& rotation) {
+    turned = [map, outline = outline](const Rotation& rotation) {
       return outline_json(turned_outline(map, outline, rotation));
     };
   }
@@ -226,6 +243,7 @@ struct Server::Impl {
     const std::lock_guard lock(mutex);
     if (fit_runs) return "a fit runs already";
     if (is_taking) return "another file is being read; try again when its map is shown";
+    if (is_brushing) return "the brush is at work; try again when its stroke is shown";
     if (!brought) return "there is no mesh to fit to: drop one on the page first";
     const auto job = worker.ask(kOwn, Job::Length::long_job,
                                 [this, before = page, mesh = brought](Job& /*job*/) {
@@ -364,7 +382,8 @@ struct Server::Impl {
     if (request.has_header("Origin") && request.get_header_value("Origin") != "http://" + named) {
       return refused(403, "requests of other sites are refused");
     }
-    constexpr std::array<std::string_view, 5> kPosted{kStop, kFirst, kRefit, kShape, kGrooves};
+    constexpr std::array<std::string_view, 7> kPosted{kStop,     kFirst, kRefit,  kBrush,
+                                                      kTakeBack, kShape, kGrooves};
     const bool is_posted = std::ranges::count(kPosted, request.path) > 0;
     if (request.method != (is_posted ? "POST" : "GET")) {
       return refused(405, is_posted ? "use POST" : "use GET");
@@ -492,7 +511,7 @@ struct Server::Impl {
           request, response, content, [this](const Upload& upload, const ProgressMonitor& monitor) {
             const Map grooves = uploaded_map(upload, monitor.stop);
             show(with_versor_of(painter.device(), painter.map(), grooves, kTransferCells, monitor),
-                 grooved_name(current_file()));
+                 marked_name(current_file(), "_grooved"));
           });
     });
     // This kind of handler gets a reader of the body, and reads nothing.
@@ -504,6 +523,81 @@ struct Server::Impl {
         };
       });
     });
+  }
+
+  /// The worker's: shows the map with another brush's work; what was brought stays.
+  /// @param earlier the strokes that can be taken back afterwards.
+  void show_brushed(const Map& map, const std::string& named, bool is_the_first,
+                    std::vector<Stroke> earlier, std::vector<Eigen::Vector3d> known) {
+    const auto mesh = [&] {
+      const std::lock_guard lock(mutex);
+      return brought;
+    }();
+    show(map, named, mesh, is_the_first, std::move(known));
+    strokes = std::move(earlier);
+  }
+
+  /// The worker's.
+  void brush(const BrushRequest& wanted, const ProgressMonitor& monitor) {
+    const ShownMap shown = shown_map();
+    std::vector<Stroke> earlier = strokes;
+    if (earlier.size() == kMostStrokes) earlier.erase(earlier.begin());
+    earlier.push_back(
+        {shown.map.layers, shown.map.provenance, shown.file, shown.is_first, outline});
+    // Paint changes the outline too little to move the camera for it.
+    show_brushed(painter.brushed(wanted, monitor),
+                 marked_name(shown.file, wanted.copy ? "_portals" : "_painted"), false,
+                 std::move(earlier), wanted.copy ? std::vector<Eigen::Vector3d>{} : outline);
+  }
+
+  /// The worker's.
+  void take_back() {
+    if (strokes.empty()) throw InputError("there is no stroke or copy left to take back");
+    std::vector<Stroke> earlier = strokes;
+    const Stroke last = std::move(earlier.back());
+    earlier.pop_back();
+    Map map = painter.map();
+    map.layers = last.layers;
+    map.provenance = last.provenance;
+    show_brushed(map, last.file, last.was_first, std::move(earlier), last.outline);
+  }
+
+  /// Has the worker change what the brush has made of the map, and answers with its file's name.
+  void answer_brush(
+      const httplib::Request& request, httplib::Response& response,
+      const std::function<std::function<void(const ProgressMonitor&)>(const Query&)>& read) {
+    answer(request, response, Job::Length::long_job, [&](const Query& query) -> Work {
+      return [this, change = read(query)](Job& job) {
+        const auto set_brushing = [this](bool is) {
+          const std::lock_guard lock(mutex);
+          if (is && fit_runs) throw InputError("a fit runs; use the brush when it has ended");
+          is_brushing = is;
+        };
+        set_brushing(true);
+        const std::shared_ptr<void> ending(nullptr, [&](void*) { set_brushing(false); });
+        ProgressMonitor monitor;
+        monitor.stop = job.stop();
+        change(monitor);
+        return current_file();
+      };
+    });
+  }
+
+  void route_brush() {
+    // This kind of handler gets a reader of the body, and reads nothing.
+    http.Post(kBrush, [this](const auto& request, auto& response, const httplib::ContentReader&) {
+      answer_brush(request, response, [this](const Query& query) {
+        return [this, wanted = read_brush(query)](const ProgressMonitor& monitor) {
+          brush(wanted, monitor);
+        };
+      });
+    });
+    http.Post(kTakeBack,
+              [this](const auto& request, auto& response, const httplib::ContentReader&) {
+                answer_brush(request, response, [this](const Query& /*query*/) {
+                  return [this](const ProgressMonitor& /*monitor*/) { take_back(); };
+                });
+              });
   }
 
   /// The worker's.
@@ -519,6 +613,7 @@ struct Server::Impl {
 
   void route() {
     route_files();
+    route_brush();
     http.set_pre_routing_handler([this](const auto& request, auto& response) {
       return admits(request, response) ? httplib::Server::HandlerResponse::Unhandled
                                        : httplib::Server::HandlerResponse::Handled;
@@ -545,7 +640,8 @@ struct Server::Impl {
         return [this, view = read_view(query)](Job& job) {
           ProgressMonitor monitor;
           monitor.stop = job.stop();
-          return painter.point(view, monitor);
+          const auto point = painter.points(view, {view.at}, monitor).front();
+          return point ? nlohmann::json{point->x(), point->y(), point->z()}.dump() : "null";
         };
       });
     });
@@ -612,13 +708,16 @@ struct Server::Impl {
   FileMaker make_file;
   std::atomic<bool> is_taking{false};  // a file from a page
   std::optional<std::pair<Map, std::string>>
-      first;         // the server's own map and its file; the worker's
-  std::mutex mutex;  // guards the members below
-  std::string file;  // the map's
+      first;                             // the server's own map and its file; the worker's
+  std::vector<Eigen::Vector3d> outline;  // of what is shown; the worker's
+  std::vector<Stroke> strokes;  // that can be taken back, the last one at the end; the worker's
+  std::mutex mutex;             // guards the members below
+  std::string file;             // the map's
   std::string page;
   std::stop_source fit_stop;  // keeps what was reached
   std::shared_ptr<Job> fit_job;
   std::shared_ptr<const TriangleMesh> brought;  // by a page, and its exact map is shown
+  bool is_brushing = false;                     // the worker changes the map just now
   bool is_first = false;                        // whether the server's own map is shown
   bool awaits_fit = false;                      // that with which the server begins
   bool fit_runs = false;

@@ -46,7 +46,7 @@ struct FitTask {
 /// Serves the page of one map. Every request needs the token that stands in the page's address,
 /// names this server as its host, and comes from no other site. No file of the user's is read or
 /// written for a request; a page may send one mesh or map at a time, which then takes the place of
-/// what all pages show.
+/// what all pages show, and its brush changes that.
 class Server {
  public:
   /// Listens. @param file the name of the map's file. @throws OptionError where it cannot listen

@@ -36,13 +36,13 @@ struct PaintOptions {
   static constexpr std::size_t kMostMarks = 256;  ///< balls, and blocks
 
   double elsewhere = 1;  ///< the share of places that nothing else is said of
-  std::optional<PaintRamp> ramp;
-  std::optional<PaintedMesh> mesh;
-  std::vector<PaintBall> balls;
-  std::vector<PaintBlock> blocks;
+  std::optional<PaintRamp> ramp{};
+  std::optional<PaintedMesh> mesh{};
+  std::vector<PaintBall> balls{};
+  std::vector<PaintBlock> blocks{};
   /// The shell is no thicker than this share of the shape's own thickness: of the radius of the
   /// largest ball in the shape that holds the place. Thin limbs then keep their shape.
-  std::optional<double> thickness;
+  std::optional<double> thickness{};
 
   void validate() const;  ///< @throws OptionError
 };
@@ -53,5 +53,10 @@ struct PaintOptions {
 ///   for; OptionError, Interrupted.
 Paint painted(const Device& device, const Map& map, const PaintOptions& options,
               const ProgressMonitor& monitor = {});
+
+/// The map's paint with balls over it, the last one on top. A map without paint counts as having
+/// all of its detail everywhere.
+/// @throws InputError when the map has no paint and does not say its box; OptionError.
+Paint painted_over(const Map& map, const std::vector<PaintBall>& balls);
 
 }  // namespace qjulia

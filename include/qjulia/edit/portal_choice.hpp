@@ -27,6 +27,17 @@ std::vector<Portal> proposed_portals(const Device& device, const Map& map,
                                      const PortalOptions& options,
                                      const ProgressMonitor& monitor = {});
 
+/// The map's portals and one more, whose copy stands on the shape's own surface, at its point
+/// nearest to `place` (shape units). It keeps clear of the others, and keeps the shape's attitude.
+/// Their balls hold copies on copies too, where that leaves them apart.
+/// @param size a copy's, as in PortalOptions.
+/// @throws InputError when the map's slice is not W = 0 or it has the most portals that a map
+/// holds;
+///   OptionError when no copy of that size has room there; Interrupted.
+std::vector<Portal> planted_portals(const Device& device, const Map& map,
+                                    const Eigen::Vector3d& place, double size,
+                                    const ProgressMonitor& monitor = {});
+
 /// How deep copies stand on copies until they are smaller than a hundredth of the shape. A copy of
 /// depth k looks with n iterations as the shape does with n − k.
 int visible_depth(const std::vector<Portal>& portals);

@@ -23,7 +23,7 @@ const report = (share) => {
 /** What draws: { draw(options), drawSmall(values, width, height, isDark), pointAt(x, y), isCoarse(), mapFile(), rangeNow(), most }:
  * the first three as picture.js has them; `mapFile` gives { text, name }
  * of a file that is saved and, where its knobs are not turned, the command that turns them; `rangeNow` the material's range,
- * or null where each picture has its own; `most` pixels a side. */
+ * or null where each picture has its own; `most` pixels a side; `brush` that of brush.js, or none. */
 let renderer = null;
 
 /** Gives the canvas as many pixels as are seen of it, or as the address says; returns whether it had others. */
@@ -135,6 +135,12 @@ byId("savers").append(
     showChange(true);
   }));
 
+/** Draws what is seen once more: the map has changed. */
+export function redraw() {
+  drawing = "";
+  showChange(true);
+}
+
 /** Begins: draws what the address says, then whatever changes. */
 export function start(draws) {
   renderer = draws;
@@ -143,7 +149,7 @@ export function start(draws) {
   fit();
   const surprise = offerNine((values, ...size) => renderer.drawSmall(values, ...size, hasDarkBackdrop(values)), () => showChange(true));
   byId("actions").append(button("Surprise me", "Shows nine sets that differ widely; once you have taken one, nine that are like it (S)", surprise));
-  listen({ whereNow, lookAt, surprise });
+  listen({ whereNow, lookAt, surprise, brush: renderer.brush });
   followAddress();
   onChange(showChange);
   addEventListener("hashchange", followAddress);

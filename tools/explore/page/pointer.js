@@ -8,11 +8,18 @@ import { plus } from "./vectors.js";
 const clickMs = 400, doubleMs = 300, stillPixels = 5;  // a press that is a click; until a second one makes a double click
 
 /** @param does `whereNow` gives { middle, pixel }: the point in the middle and a pixel's width there, shape units; `lookAt` is called
- * with a place that is clicked, shares of the canvas's sides; `surprise` is what the key S does. */
-export function listen({ whereNow, lookAt, surprise }) {
+ * with a place that is clicked, shares of the canvas's sides; `surprise` is what the key S does; `brush` is that of brush.js, or
+ * none. */
+export function listen({ whereNow, lookAt, surprise, brush = null }) {
   const fingers = new Map();
   let press = null, clicked = 0;  // { at, time } of what may become a click; a timer
+  let isStroke = false;  // of the brush
 
+  /** CSS pixels of the canvas. */
+  const placeOf = ({ clientX, clientY }) => {
+    const { left, top } = canvas.getBoundingClientRect();
+    return [clientX - left, clientY - top];
+  };
   const turn = (x, y) => change({ azimuth: state.azimuth - 0.4 * x, elevation: state.elevation + 0.4 * y }, false);
   const move = (x, y) => {
     const { middle, pixel } = whereNow(), { right, up } = cameraAxes(state);
@@ -25,12 +32,19 @@ export function listen({ whereNow, lookAt, surprise }) {
     fingers.set(event.pointerId, [event.clientX, event.clientY]);
     clearTimeout(clicked);
     const isPlain = fingers.size === 1 && event.button === 0 && !event.shiftKey;
-    press = isPlain ? { at: [event.clientX, event.clientY], time: event.timeStamp } : null;
+    if (isStroke) brush.cancel();  // a second finger
+    isStroke = isPlain && Boolean(brush?.isOn());
+    if (isStroke) brush.begin(placeOf(event), whereNow().pixel);
+    press = isPlain && !isStroke ? { at: [event.clientX, event.clientY], time: event.timeStamp } : null;
   });
   canvas.addEventListener("pointermove", (event) => {
     const last = fingers.get(event.pointerId);
     if (!last) return;
     const now = [event.clientX, event.clientY];
+    if (isStroke) {
+      fingers.set(event.pointerId, now);
+      return brush.move(placeOf(event));
+    }
     if (press) {
       if (Math.hypot(now[0] - press.at[0], now[1] - press.at[1]) <= stillPixels) return;  // fingers tremble
       press = null;
@@ -49,18 +63,23 @@ export function listen({ whereNow, lookAt, surprise }) {
     fingers.set(event.pointerId, now);
   });
   const end = (event) => {
+    const wasStroke = isStroke;
+    isStroke = false;
+    if (wasStroke && event.type === "pointerup") brush.end();
+    else if (wasStroke) brush.cancel();
     if (fingers.delete(event.pointerId) && fingers.size === 0) change({});
   };
   canvas.addEventListener("pointerup", (event) => {
     end(event);
     if (!press || event.timeStamp - press.time > clickMs) return;
-    const { left, top, width, height } = canvas.getBoundingClientRect(), [x, y] = press.at;
-    clicked = setTimeout(() => lookAt((x - left) / width, (y - top) / height), doubleMs);
+    const [x, y] = placeOf(event);
+    clicked = setTimeout(() => lookAt(x / canvas.clientWidth, y / canvas.clientHeight), doubleMs);
   });
   canvas.addEventListener("pointercancel", end);
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("dblclick", () => {
     clearTimeout(clicked);
+    if (brush?.isOn()) return;
     change({ look: null, distance: null, zoom: 1 });
   });
 

@@ -2,10 +2,11 @@
 import { button, line, select } from "./controls.js";
 import { element, root } from "./dom.js";
 
-const mapName = root.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
+/** That of the map's file without its folder and type. */
+const mapName = () => root.dataset.map.replace(/^.*\//, "").replace(/(\.qjulia)?\.[^.]*$/, "") || "map";
 
 /** @param end of the file's name, after that of the map or another. */
-export function download(blob, end, name = mapName) {
+export function download(blob, end, name = mapName()) {
   const link = element("a", { href: URL.createObjectURL(blob), download: name + end });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
@@ -17,7 +18,7 @@ const formats = { png: "image/png", jpg: "image/jpeg", webp: "image/webp" };
  * @param size of the one that is seen. @param most pixels a side. */
 export async function askPicture(size, most) {
   const side = (name, value) => element("input", { type: "number", name, value, min: 16, max: most, required: true });
-  const name = element("input", { name: "file", value: mapName, required: true, maxLength: 100 });
+  const name = element("input", { name: "file", value: mapName(), required: true, maxLength: 100 });
   const width = side("width", size.width), height = side("height", size.height);
   const format = select("format", Object.keys(formats).map((end) => [end, `.${end}`]));
   const dialog = element("dialog", { id: "picture", ariaLabel: "Save picture" }, element("form", { method: "dialog" },
@@ -40,4 +41,4 @@ export async function savePicture(canvas, { name, format }) {
 
 export const saveMap = (text, name) => download(new Blob([text], { type: "application/json" }), "", name);
 /** The name of the page's map as a file, or of another that is made of it. */
-export const mapFileName = (end = "") => `${mapName}${end}.qjulia.json`;
+export const mapFileName = (end = "") => `${mapName()}${end}.qjulia.json`;

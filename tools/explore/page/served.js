@@ -1,10 +1,11 @@
 // The page of `qjulia explore`: the server's device draws, a picture a request, from coarse to fine.
 import { canvas, tellPass } from "./dom.js";
+import { offerBrush } from "./brush.js";
 import { queryOf } from "./command.js";
 import { offerLooks } from "./looks.js";
 import { offerFiles } from "./make.js";
 import { offerOthers } from "./others.js";
-import { start } from "./page.js";
+import { redraw, start } from "./page.js";
 import { mapFileName } from "./save.js";
 import { ask, asked_json } from "./server.js";
 import { isOutlined, setOutline, turnOf } from "./outline.js";
@@ -81,10 +82,15 @@ async function drawSmallServed(values, width, height, as = "small") {
   return drawing.getImageData(0, 0, width, height);
 }
 
+/** How a picture is asked for in which the server looks for points. */
+function queryOfPoints() {
+  const { size } = stages(canvas.width, canvas.height, 1).at(-2);
+  return { ...queryOf(), size, samples: 1, draft: 1 };
+}
+
 /** The point of the set that is seen at a place, as pointAt of picture.js has it. */
 async function pointServed(x, y) {
-  const { size } = stages(canvas.width, canvas.height, 1).at(-2);
-  const bytes = await ask("point", { ...queryOf(), size, samples: 1, draft: 1, at: `${x},${y}` }, { as: "point" });
+  const bytes = await ask("point", { ...queryOfPoints(), at: `${x},${y}` }, { as: "point" });
   return bytes && JSON.parse(await bytes.text());
 }
 
@@ -95,7 +101,8 @@ async function servedMap() {
 }
 
 offerLooks((values, ...size) => drawSmallServed(values, ...size, "looks"));
+const brush = offerBrush(queryOfPoints, redraw);
 offerOthers();
 offerFiles();
-start({ draw: drawServed, drawSmall: (values, width, height) => drawSmallServed(values, width, height), pointAt: pointServed, isCoarse: () => false, mapFile: servedMap, rangeNow: () => null, most: 4096 });
+start({ brush, draw: drawServed, drawSmall: (values, width, height) => drawSmallServed(values, width, height), pointAt: pointServed, isCoarse: () => false, mapFile: servedMap, rangeNow: () => null, most: 4096 });
 Object.assign(globalThis.qjulia, { figures: served, mapFile: servedMap });

@@ -4,7 +4,8 @@ import { mapText } from "./map.js";
 
 /** A number that differs from map to map. */
 const mark = [...mapText()].reduce((sum, c) => (31 * sum + c.charCodeAt(0)) | 0, 0);
-const place = (name) => `qjulia ${location.pathname} ${root.dataset.map} ${mark} ${name}`;
+const file = root.dataset.map;  // as it was when the page was loaded
+const place = (name) => `qjulia ${location.pathname} ${file} ${mark} ${name}`;
 
 /** A list that was kept, or an empty one. */
 export function recalled(name) {
