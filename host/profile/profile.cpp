@@ -376,6 +376,13 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   report.layout = device.layout();
   report.tuning = device.tuning(options.precision);
   report.is_tuned = device.is_tuned(options.precision);
+  const std::vector<Job> jobs = jobs_of(device, options, report.left_out);
+  if (jobs.empty() && !options.jobs.empty()) {
+    throw OptionError("jobs", "no job has such a name and such kernels; '*' shows all names");
+  }
+  if (jobs.empty() && !options.kernels.empty()) {
+    throw OptionError("kernels", "no job or kernel has such a name; '*' shows all names");
+  }
   monitor.report({"profiling", 0, -1, "limits of the device"});
   const int limit_repeats = options.time_limit ? 1 : options.repeats;
   const WorkerClockPointer clock = worker_clock(device);
@@ -390,13 +397,6 @@ ProfileReport profile(const Device& chosen, const ProfileOptions& options,
   const Roofs roofs =
       by_kernel ? measure_roofs(device, clock) : roofs_of(report.limits, options.precision);
   report.caches = roofs.caches;
-  const std::vector<Job> jobs = jobs_of(device, options, report.left_out);
-  if (jobs.empty() && !options.jobs.empty()) {
-    throw OptionError("jobs", "no job has such a name and such kernels; '*' shows all names");
-  }
-  if (jobs.empty() && !options.kernels.empty()) {
-    throw OptionError("kernels", "no job or kernel has such a name; '*' shows all names");
-  }
   // A device on this host's processor has started its threads by now.
   std::optional<ProcessEvents> events;
   if (options.counters && device.info().kind == DeviceKind::cpu) {

@@ -98,10 +98,16 @@ def calls(map, torus, device):
         "a launch": lambda x: qjulia.profile_launch("f", x, repeats=1, device=device),
         "a launch's slots": lambda x: qjulia.profile_launch("f", int, slots=x, repeats=1, device=device),
     }
+    # A launch that is accepted first measures the device for seconds.
+    accepted = {
+        "a launch": callable,
+        "a launch's slots": lambda x: type(x) in (int, float) and 0 <= x < np.inf,
+    }
     return [
         (f"{name} = {value!r:.40}", function, value)
         for name, function in functions.items()
         for value in JUNK
+        if not (name in accepted and accepted[name](value))
     ]
 
 
