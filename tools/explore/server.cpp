@@ -525,7 +525,7 @@ struct Server::Impl {
     });
   }
 
-  /// The worker's: shows the map with another brush's work; what was brought stays.
+  /// The worker's: shows the map as the brush has changed it; what was brought stays.
   /// @param earlier the strokes that can be taken back afterwards.
   void show_brushed(const Map& map, const std::string& named, bool is_the_first,
                     std::vector<Stroke> earlier, std::vector<Eigen::Vector3d> known) {
@@ -562,7 +562,7 @@ struct Server::Impl {
     show_brushed(map, last.file, last.was_first, std::move(earlier), last.outline);
   }
 
-  /// Has the worker change what the brush has made of the map, and answers with its file's name.
+  /// Has the worker change the map by the brush, and answers with the name of its file.
   void answer_brush(
       const httplib::Request& request, httplib::Response& response,
       const std::function<std::function<void(const ProgressMonitor&)>(const Query&)>& read) {

@@ -31,8 +31,7 @@ std::vector<Portal> proposed_portals(const Device& device, const Map& map,
 /// nearest to `place` (shape units). It keeps clear of the others, and keeps the shape's attitude.
 /// Their balls hold copies on copies too, where that leaves them apart.
 /// @param size a copy's, as in PortalOptions.
-/// @throws InputError when the map's slice is not W = 0 or it has the most portals that a map
-/// holds;
+/// @throws InputError when the map's slice is not W = 0, or when no portal can be added;
 ///   OptionError when no copy of that size has room there; Interrupted.
 std::vector<Portal> planted_portals(const Device& device, const Map& map,
                                     const Eigen::Vector3d& place, double size,

@@ -21,7 +21,6 @@ export function offerBrush(view, redraw) {
   if (!frame.box) return null;
   const does = select("brush", [["look", "looks at the point"], ["paint", "paints"], ["plant", "plants a copy"]]);
   const width = range("brush-size", "size of the brush", 2, 60, 1, 20), shares = range("brush-share", "detail under the brush", 0, 1, 0.05, 0);
-
   let work = Promise.resolve(), stroke = null;  // { trail, drawing, radius, view, places }, CSS pixels of the canvas
 
   /** Has the server change its map, after what it was asked before. */
