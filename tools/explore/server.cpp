@@ -709,10 +709,10 @@ struct Server::Impl {
   std::atomic<bool> is_taking{false};  // a file from a page
   std::optional<std::pair<Map, std::string>>
       first;                             // the server's own map and its file; the worker's
-  std::vector<Eigen::Vector3d> outline;  // of what is shown; the worker's
-  std::vector<Stroke> strokes;  // that can be taken back, the last one at the end; the worker's
-  std::mutex mutex;             // guards the members below
-  std::string file;             // the map's
+  std::vector<Eigen::Vector3d> outline;  // the worker's: of the map that is shown
+  std::vector<Stroke> strokes;           // the worker's: those that can be taken back, oldest first
+  std::mutex mutex;                      // guards the members below
+  std::string file;                      // the map's
   std::string page;
   std::stop_source fit_stop;  // keeps what was reached
   std::shared_ptr<Job> fit_job;
